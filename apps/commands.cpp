@@ -1,0 +1,206 @@
+#include "commands.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iterator>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/step_response.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/mor/reduce.hpp"
+#include "photocoag/report/report.hpp"
+#include "photocoag/rom/file.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/treatment.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);  // may be set in a signal handler
+
+void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
+
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+Progress progress_bar(std::string label) {
+  return
+      [label](std::string_view stage, double fraction) { draw_progress(label, fraction, stage); };
+}
+
+void write_output(const std::string& path, const std::string& text) {
+  if (path != "-") return write_file(path, text);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw Error(ErrorParts{.where = "standard output", .problem = "cannot be written"});
+  }
+}
+
+void print_error_report(const ReducedModel& model) {
+  fmt::print(
+      stderr,
+      "model     {}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
+      "volume temperature (absorption factor {:g} to {:g})\n",
+      model.method, model.order(), model.period * 1e3, 100.0 * model.error.peak_max(),
+      100.0 * model.error.volume_max(), model.absorption_min, model.absorption_max);
+}
+
+void print_outcome(const Config& config, const Treatment& treatment, const fs::path& folder) {
+  const RunSummaryNumbers numbers = summarize(config, treatment);
+  if (!numbers.stopped_for.empty()) {
+    fmt::print(stderr, "STOPPED   {}: the laser is at 0 W since cycle {}\n", numbers.stopped_for,
+               treatment.outcome.cycles - 1);
+  }
+  fmt::print(stderr, "result    peak at most {:.2f} K, limit {:g} K {}\n", numbers.peak_true_max,
+             numbers.limit,
+             numbers.limit_violations == 0
+                 ? std::string("not exceeded")
+                 : fmt::format("EXCEEDED in {} cycles", numbers.limit_violations));
+  if (numbers.time_to_95_percent) {
+    fmt::print(stderr, "          95 % of {:g} K after {:g} ms", config.control.peak_reference,
+               *numbers.time_to_95_percent * 1e3);
+  } else {
+    fmt::print(stderr, "          95 % of {:g} K never reached", config.control.peak_reference);
+  }
+  if (numbers.rms_error_after_50_ms) {
+    fmt::print(stderr, "; RMS error after 50 ms {:.2f} K", *numbers.rms_error_after_50_ms);
+  }
+  if (!treatment.records.empty()) {
+    fmt::print(stderr, "\n          absorption factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
+               treatment.records.back().estimate.absorption_factor, config.plant.absorption_factor,
+               100.0 * numbers.absorption_error_final);
+  }
+  fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
+             treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
+             treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+}
+
+int run(const RunOptions& options, Pacing pacing) {
+  std::vector<std::string> overrides = options.set;
+  if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
+  const Config config = load_config(options.config, overrides);
+  const fs::path folder =
+      options.out.empty() ? new_run_folder(config.run.seed) : fs::path(options.out);
+  check_run_folder(folder);
+
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
+  const ReducedModel& model = models.reduced();
+  if (config.plant.model == PlantModel::kFull) models.plant_full();
+  clear_progress();
+  print_error_report(model);
+  fmt::print(stderr, "eye       {}, absorption factor {:g} (the controller is not told)\n",
+             config.plant.model == PlantModel::kFull
+                 ? fmt::format("full order, {} states", models.plant_full()->states())
+                 : std::string("reduced model"),
+             config.plant.absorption_factor);
+
+  // From here on the run has a place, whatever happens later.
+  open_run_folder(folder, config);
+  stop_on_signals();
+  std::atomic<std::size_t> done{0};
+  Treatment treatment;
+  {
+    const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
+                              config.cycles());
+    treatment = run_treatment(config, models, pacing, stop_requested, done);
+  }
+  write_run(folder, config, treatment);
+  bool reported = true;
+  try {
+    write_report(folder);
+  } catch (const Error& error) {
+    reported = false;  // the data is safe; the page can be made again
+    fmt::print(stderr, "photocoag: no report was written: {}\n", error.what());
+  }
+  print_outcome(config, treatment, folder);
+  return treatment.outcome.stopped || !reported ? 1 : 0;
+}
+
+}  // namespace
+
+int treat(const RunOptions& options) { return run(options, Pacing::kClock); }
+
+int simulate(const RunOptions& options) { return run(options, Pacing::kVirtualTime); }
+
+int response(const ResponseOptions& options) {
+  const Config config = load_config(options.config, options.set);
+  ascending_times(options.times);  // refuse bad times before the models are built
+  if (options.model == "full" && !options.rom.empty()) {
+    throw Error(ErrorParts{.where = "--rom",
+                           .found = options.rom,
+                           .accepted = "a model file together with --model reduced"});
+  }
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
+  std::vector<Outputs> outputs;
+  const double alpha = config.plant.absorption_factor;
+  if (options.model == "full") {
+    FullOrderPlant plant(models.plant_full(), config.plant.discretization, config.control.period,
+                         alpha, 0.0);
+    outputs = sample_step_response(plant, config.plant.discretization, config.control.period,
+                                   options.power, options.times);
+  } else {
+    const ReducedModel model =
+        options.rom.empty() ? models.reduced() : load_reduced_model(options.rom);
+    clear_progress();
+    ReducedPlant plant(model, alpha);
+    outputs = sample_step_response(plant, model.discretization, model.period, options.power,
+                                   options.times);
+  }
+  std::string csv = "time_s,peak_K,volume_K\n";
+  for (std::size_t i = 0; i < options.times.size(); ++i) {
+    fmt::format_to(std::back_inserter(csv), "{},{},{}\n", options.times[i], outputs[i].peak,
+                   outputs[i].volume);
+  }
+  write_output(options.csv, csv);
+  return 0;
+}
+
+int reduce_command(const ReduceOptions& options) {
+  std::vector<std::string> overrides = options.set;
+  if (!options.method.empty()) overrides.push_back("model.method=" + options.method);
+  if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
+  const Config config = load_config(options.config, overrides);
+  const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
+  const ReducedModel model = reduce(full, config.model.reduction, config.control.period,
+                                    config.model.discretization, progress_bar("reducing"));
+  clear_progress();
+  write_output(options.out, to_json(model));
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  fmt::print(stderr, "full      {} states ({} radial x {} axial cells)\n", full->states(),
+             full->grid().radial.cells(), full->grid().axial.cells());
+  print_error_report(model);
+  fmt::print(
+      stderr,
+      "alpha     peak error %  volume error %   (constant and random on/off power, {:g} ms)\n",
+      model.error.duration * 1e3);
+  for (std::size_t i = 0; i < model.error.peak.size(); ++i) {
+    fmt::print(stderr, "{:5.2f}     {:12.3f}  {:14.3f}\n", model.error.absorption_factors[i],
+               100.0 * model.error.peak[i], 100.0 * model.error.volume[i]);
+  }
+  if (options.out != "-") fmt::print(stderr, "written   {}\n", options.out);
+  return 0;
+}
+
+int print_config(const CommonOptions& options) {
+  write_output("-", to_toml(load_config(options.config, options.set)));
+  return 0;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,49 @@
+// Role: the program; one function per command: parse is done, call the libraries, print. Each
+// returns the exit code: 0 good, 1 a check failed or the treatment was stopped. Bad input throws
+// Error (exit code 2).
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace photocoag {
+
+/// Options that several commands share.
+struct CommonOptions {
+  std::string config;            ///< TOML file; empty: defaults
+  std::vector<std::string> set;  ///< "key=value"
+  bool no_cache = false;
+};
+
+struct RunOptions : CommonOptions {
+  std::string out;   ///< run folder; empty: a new one below runs/
+  std::string seed;  ///< as given; empty: from the configuration
+};
+
+struct ResponseOptions : CommonOptions {
+  std::string model = "full";
+  std::string rom;
+  double power = 0.0;         ///< W
+  std::vector<double> times;  ///< s
+  std::string csv = "-";
+};
+
+struct ReduceOptions : CommonOptions {
+  std::string out;
+  std::string method;
+  std::string order;
+};
+
+struct BenchOptions {
+  std::string name;
+  std::string json;
+};
+
+int treat(const RunOptions& options);
+int simulate(const RunOptions& options);
+int response(const ResponseOptions& options);
+int reduce_command(const ReduceOptions& options);
+int print_config(const CommonOptions& options);
+int bench(const BenchOptions& options);
+
+}  // namespace photocoag

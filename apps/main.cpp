@@ -1,0 +1,181 @@
+// The program `photocoag`: command line only. Commands are in commands.hpp.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "commands.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+
+namespace {
+
+using namespace photocoag;
+
+constexpr int kExitBadInput = 2;
+
+void add_common(CLI::App& command, CommonOptions& options) {
+  command.add_option("--config", options.config, "TOML file; without it the defaults")
+      ->type_name("FILE");
+  command
+      .add_option("--set", options.set,
+                  "one key of the configuration, e.g. control.horizon=10 or "
+                  "tissue.layers.RPE.thickness_um=5; may be repeated, later ones win")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_cache(CLI::App& command, CommonOptions& options) {
+  command.add_flag("--no-cache", options.no_cache,
+                   "make the reduced model anew (the result is the same to the last bit)");
+}
+
+void add_run(CLI::App& command, RunOptions& options) {
+  add_common(command, options);
+  add_cache(command, options);
+  command
+      .add_option("--out", options.out, "run folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command
+      .add_option("--seed", options.seed, "seed of the measurement noise, same as --set run.seed=N")
+      ->type_name("N");
+}
+
+std::string footer(std::string_view examples) {
+  return fmt::format(
+      "Examples:\n{}\n"
+      "Exit code: 0 good; 1 finished but a check failed, or stopped; 2 bad input; 3 device "
+      "fault.\n{}",
+      examples, kResearchNotice);
+}
+
+int run_command(int argc, char** argv) {
+  CLI::App app{
+      "photocoag: real-time model predictive control of retinal laser treatment.\n"
+      "Heats a spot of a simulated eye to a wanted peak temperature that cannot be measured, with "
+      "a laser "
+      "power computed every millisecond from a noisy volume temperature."};
+  app.name("photocoag");
+  app.set_version_flag("--version", fmt::format("photocoag {} (source {})\n{}", version(),
+                                                source_hash(), kResearchNotice));
+  app.require_subcommand(1);
+  app.footer(footer(
+      "  photocoag treat                                  one treatment, paced by the clock\n"
+      "  photocoag simulate --set plant.absorption_factor=0.5\n"
+      "  photocoag config                                 every key, its unit, range and default\n"
+      "  photocoag COMMAND --help                         what a command does, with examples"));
+  int exit_code = 0;
+
+  RunOptions treat_options;
+  CLI::App* treat_app = app.add_subcommand(
+      "treat",
+      "treat a simulated eye in real time (the main job); writes a run folder with a report");
+  add_run(*treat_app, treat_options);
+  treat_app->footer(
+      footer("  photocoag treat\n"
+             "  photocoag treat --config configs/paper-250hz-a.toml --seed 7 --out runs/first\n"
+             "Ctrl-C puts the laser to 0 W and still writes the run folder."));
+  treat_app->callback([&] { exit_code = treat(treat_options); });
+
+  RunOptions simulate_options;
+  CLI::App* simulate_app = app.add_subcommand(
+      "simulate",
+      "the same treatment in virtual time, as fast as it can; same bytes for the same seed");
+  add_run(*simulate_app, simulate_options);
+  simulate_app->footer(footer(
+      "  photocoag simulate --config configs/paper-1khz.toml --set plant.absorption_factor=0.5\n"
+      "  photocoag simulate --set plant.tissue.spot_radius_um=90 --out runs/smaller-spot\n"
+      "  photocoag simulate --config runs/first/config.toml      (repeats a run)"));
+  simulate_app->callback([&] { exit_code = simulate(simulate_options); });
+
+  ResponseOptions response_options;
+  CLI::App* response_app = app.add_subcommand(
+      "response",
+      "temperatures after switching on a constant power, from the full or the reduced model");
+  add_common(*response_app, response_options);
+  add_cache(*response_app, response_options);
+  response_app->add_option("--model", response_options.model, "full or reduced")
+      ->required()
+      ->check(CLI::IsMember({"full", "reduced"}));
+  response_app
+      ->add_option("--rom", response_options.rom, "reduced model file (with --model reduced)")
+      ->type_name("FILE");
+  response_app->add_option("--power", response_options.power, "laser power, W")
+      ->required()
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("W");
+  response_app
+      ->add_option("--times", response_options.times, "times after switching on, s, by comma")
+      ->required()
+      ->delimiter(',')
+      ->type_name("t1,t2,...");
+  response_app->add_option("--csv", response_options.csv, "output file; - is standard output")
+      ->type_name("FILE");
+  response_app->footer(footer(
+      "  photocoag response --model full --power 0.03 --times 0.001,0.01,0.1 --csv -\n"
+      "  photocoag response --model reduced --rom model.json --power 1 --times 0.004 --csv -\n"
+      "The eye is that of [plant]: its absorption_factor, tissue and discretization."));
+  response_app->callback([&] { exit_code = response(response_options); });
+
+  ReduceOptions reduce_options;
+  CLI::App* reduce_app =
+      app.add_subcommand("reduce", "make a reduced model file from [tissue] and measure its error");
+  add_common(*reduce_app, reduce_options);
+  reduce_app->add_option("--out", reduce_options.out, "model file to write; - is standard output")
+      ->required()
+      ->type_name("FILE");
+  reduce_app
+      ->add_option("--method", reduce_options.method, "same as --set model.method=M: pod-deim")
+      ->type_name("M");
+  reduce_app
+      ->add_option("--order", reduce_options.order, "same as --set model.order=n: states, 1 to 14")
+      ->type_name("n");
+  reduce_app->footer(
+      footer("  photocoag reduce --out model.json\n"
+             "  photocoag reduce --set control.period_ms=4 --order 8 --out model-250hz.json\n"
+             "  photocoag simulate --set model.file=model.json"));
+  reduce_app->callback([&] { exit_code = reduce_command(reduce_options); });
+
+  CommonOptions config_options;
+  CLI::App* config_app =
+      app.add_subcommand("config", "check a configuration and print it complete and annotated");
+  add_common(*config_app, config_options);
+  config_app->footer(
+      footer("  photocoag config > my.toml\n"
+             "  photocoag config --config my.toml --set control.peak_reference_K=20"));
+  config_app->callback([&] { exit_code = print_config(config_options); });
+
+  BenchOptions bench_options;
+  CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
+  bench_app
+      ->add_option("NAME", bench_options.name, "cycle: one control cycle and one step of the eye")
+      ->required()
+      ->check(CLI::IsMember({"cycle"}));
+  bench_app
+      ->add_option("--json", bench_options.json, "also write the numbers; - is standard output")
+      ->type_name("FILE");
+  bench_app->footer(footer("  photocoag bench cycle"));
+  bench_app->callback([&] { exit_code = bench(bench_options); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Help and version are a success; everything else is bad usage.
+    return app.exit(error) == 0 ? 0 : kExitBadInput;
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run_command(argc, argv);
+  } catch (const photocoag::Error& error) {
+    fmt::print(stderr, "photocoag: {}\n", error.what());
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "photocoag: unexpected failure: {}\n", error.what());
+    return kExitBadInput;
+  }
+}

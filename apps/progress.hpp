@@ -1,0 +1,30 @@
+// Role: the program; progress bars on a terminal, silence elsewhere.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <thread>
+
+namespace photocoag {
+
+/// Draws "label [=====     ] 52 %  detail" on standard error if that is a terminal; erases it with
+/// clear().
+void draw_progress(std::string_view label, double fraction, std::string_view detail = {});
+void clear_progress();
+
+/// Draws the bar from a counter that another thread advances, ten times a second, until destroyed.
+class ProgressMeter {
+ public:
+  ProgressMeter(std::string label, const std::atomic<std::size_t>& done, std::size_t total);
+  ~ProgressMeter();
+  ProgressMeter(const ProgressMeter&) = delete;
+  ProgressMeter& operator=(const ProgressMeter&) = delete;
+
+ private:
+  std::atomic<bool> finished_{false};
+  std::thread thread_;
+};
+
+}  // namespace photocoag

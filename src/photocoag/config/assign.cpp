@@ -1,0 +1,94 @@
+#include "photocoag/config/assign.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "photocoag/config/decimal.hpp"
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse_value(const Field& field, const Value& value, std::string problem = {}) {
+  throw Error({.where = value.where,
+               .key = field.key,
+               .problem = std::move(problem),
+               .found = shown(value.text),
+               .accepted = accepted(field)});
+}
+
+void assign_number(const Field& field, const NumberField& target, const Value& value) {
+  if (value.kind == Value::Kind::kInteger) {
+    *target.value = scaled_decimal(fmt::format("{}", value.integer), target.unit.exponent);
+    return;
+  }
+  if (value.kind != Value::Kind::kFloat) refuse_type(field.key, value, accepted(field));
+  if (!std::isfinite(value.number)) refuse_value(field, value);
+  *target.value = scaled_decimal(value.text, target.unit.exponent);
+}
+
+void assign_integer(const Field& field, const IntegerField& target, const Value& value) {
+  if (value.kind != Value::Kind::kInteger) refuse_type(field.key, value, accepted(field));
+  if (value.integer < target.low || value.integer > target.high) refuse_value(field, value);
+  target.set(value.integer);
+}
+
+void assign_word(const Field& field, const WordField& target, const Value& value) {
+  if (value.kind != Value::Kind::kString) refuse_type(field.key, value, accepted(field));
+  const auto contains = [&value](const std::vector<std::string_view>& words) {
+    return std::find(words.begin(), words.end(), value.string);
+  };
+  const auto word = contains(target.words);
+  if (word != target.words.end()) {
+    target.set(static_cast<std::size_t>(word - target.words.begin()));
+    return;
+  }
+  const bool known = contains(target.unavailable) != target.unavailable.end();
+  refuse_value(field, value, known ? "not available in this build" : "");
+}
+
+void assign_text(const Field& field, const TextField& target, const Value& value,
+                 const std::string& folder) {
+  constexpr std::size_t kMostName = 100;
+  constexpr std::size_t kMostPath = 4096;
+  if (value.kind != Value::Kind::kString) refuse_type(field.key, value, accepted(field));
+  const std::string& text = value.string;
+  if (text.size() > (target.is_path ? kMostPath : kMostName)) {
+    refuse_value(field, value, fmt::format("{} bytes long", text.size()));
+  }
+  const bool has_control = std::any_of(text.begin(), text.end(), [](char c) {
+    return static_cast<unsigned char>(c) < ' ' || c == '\x7F';
+  });
+  if (has_control) refuse_value(field, value, "a control character");
+  *target.value = text;
+  if (!target.is_path || text.empty()) return;
+  *target.value = (fs::path(folder) / text).lexically_normal().string();
+}
+
+}  // namespace
+
+void refuse_type(const std::string& key, const Value& value, std::string accepted) {
+  throw Error({.where = value.where,
+               .key = key,
+               .found = fmt::format("{} ({})", shown(value.text), kind_name(value.kind)),
+               .accepted = std::move(accepted)});
+}
+
+void assign(const Field& field, const Value& value, const std::string& folder) {
+  if (const auto* number = std::get_if<NumberField>(&field.value)) {
+    assign_number(field, *number, value);
+  } else if (const auto* integer = std::get_if<IntegerField>(&field.value)) {
+    assign_integer(field, *integer, value);
+  } else if (const auto* word = std::get_if<WordField>(&field.value)) {
+    assign_word(field, *word, value);
+  } else if (const auto* text = std::get_if<TextField>(&field.value)) {
+    assign_text(field, *text, value, folder);
+  }
+}
+
+}  // namespace photocoag

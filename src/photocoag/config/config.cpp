@@ -1,0 +1,132 @@
+#include "photocoag/config/config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <system_error>
+
+#include "photocoag/config/fields.hpp"
+#include "photocoag/config/reader.hpp"
+#include "photocoag/config/source.hpp"
+#include "photocoag/core/check.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/sha256.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLongestRun = 60.0;  // s
+constexpr double kMostCycles = 1e6;
+
+std::string folder_of(const std::string& file) {
+  std::error_code error;
+  const fs::path path = fs::absolute(file.empty() ? fs::path(".") : fs::path(file), error);
+  if (error) throw Error({.where = file, .problem = "no current folder: " + error.message()});
+  return (file.empty() ? path : path.parent_path()).lexically_normal().string();
+}
+
+std::vector<Source> read_all(const std::string& file, const std::vector<std::string>& overrides) {
+  std::vector<Source> sources;
+  if (!file.empty()) sources.push_back({read_toml_file(file), folder_of(file)});
+  for (const std::string& option : overrides) {
+    sources.push_back({read_override(option), folder_of("")});
+  }
+  return sources;
+}
+
+bool mentions(std::string_view text, std::string_view key) {
+  const std::size_t at = text.find(key);
+  return at != std::string_view::npos && (at == 0 || text[at - 1] != '.');
+}
+
+// The place to look at for an error in `key`: its own; or that of another key of which the error
+// speaks or which lies below, the last one given; or that of [tissue] from which the plant has it.
+const Place* place_of(const std::string& key, const std::string& accepted, const Places& places) {
+  if (const auto own = places.find(key); own != places.end()) return &own->second;
+  const Place* last = nullptr;
+  for (const auto& [other, place] : places) {
+    const bool related = other.starts_with(key + ".") || mentions(accepted, other);
+    if (related && (last == nullptr || place.order > last->order)) last = &place;
+  }
+  constexpr std::string_view kPlant = "plant.";
+  if (last != nullptr || !key.starts_with("plant.tissue.")) return last;
+  return place_of(key.substr(kPlant.size()), accepted, places);
+}
+
+std::string_view unit_of(const std::string& key, Config& config) {
+  std::vector<Field> all = fields(config);
+  for (const Field& field : fields(config)) {
+    const auto* layers = std::get_if<LayersField>(&field.value);
+    if (layers == nullptr) continue;
+    for (Layer& layer : *layers->layers) {
+      for (const Field& inner : layer_fields(layer, field.key + "." + layer.name)) {
+        all.push_back(inner);
+      }
+    }
+  }
+  for (const Field& field : all) {
+    const auto* number = std::get_if<NumberField>(&field.value);
+    if (field.key == key && number != nullptr) return number->unit.name;
+  }
+  return "";
+}
+
+// Adds what validate() cannot know: the place, the number as written, the unit.
+Error with_place(const Error& error, const Places& places, Config& config) {
+  ErrorParts parts = error.parts();
+  const auto own = places.find(parts.key);
+  const Place* place = place_of(parts.key, parts.accepted, places);
+  parts.where = place == nullptr ? "default" : place->where;
+  if (own != places.end() && !own->second.text.empty()) parts.found = own->second.text;
+  const std::string_view unit = unit_of(parts.key, config);
+  if (parts.accepted.starts_with("a number") && !unit.empty()) {
+    parts.accepted += fmt::format(" {}", unit);
+  }
+  return Error(std::move(parts));
+}
+
+}  // namespace
+
+std::size_t Config::cycles() const noexcept {
+  return static_cast<std::size_t>(std::max(1.0, std::round(run.duration / control.period)));
+}
+
+void Config::validate() const {
+  control.validate();
+  estimator.validate();
+  model.reduction.validate();
+  grid.validate();
+  tissue.validate("tissue");
+  require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
+  require_between(plant.noise, 0.0, 20.0, "plant.noise_K");
+  plant.tissue.validate("plant.tissue");
+  require(run.duration >= control.period && run.duration <= kLongestRun, "run.duration_ms",
+          run.duration * 1e3,
+          fmt::format("from one period, control.period_ms = {} ms, to {} ms", control.period * 1e3,
+                      kLongestRun * 1e3));
+  require(run.duration <= kMostCycles * control.period, "run.duration_ms", run.duration * 1e3,
+          fmt::format("at most {} periods of control.period_ms = {} ms", kMostCycles,
+                      control.period * 1e3));
+  constexpr auto kMostSeed = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  require(run.seed <= kMostSeed, "run.seed", std::to_string(run.seed), "from 0 to 2^63 - 1");
+}
+
+Config load_config(const std::string& file, const std::vector<std::string>& overrides) {
+  Config config;
+  const Places places = read_sources(read_all(file, overrides), config);
+  try {
+    config.validate();
+  } catch (const Error& error) {
+    throw with_place(error, places, config);
+  }
+  return config;
+}
+
+std::string config_sha256(const Config& config) { return sha256_hex(to_toml(config)); }
+
+}  // namespace photocoag

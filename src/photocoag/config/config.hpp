@@ -1,0 +1,80 @@
+// Role: setup; the complete configuration of a run (docs/configuration.md lists every key).
+// Boundary: TOML keys carry their unit (period_ms, peak_max_K); everything here is SI.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/core/discretization.hpp"
+#include "photocoag/estimation/settings.hpp"
+#include "photocoag/fom/grid_settings.hpp"
+#include "photocoag/mor/settings.hpp"
+#include "photocoag/mpc/settings.hpp"
+#include "photocoag/tissue/tissue.hpp"
+
+namespace photocoag {
+
+/// What the controller believes.
+struct ModelSettings {
+  std::string file;  ///< a reduced model made by `photocoag reduce`; empty: reduce now (cached)
+  ReductionSettings reduction;
+  Discretization discretization = Discretization::kZeroOrderHold;
+  bool operator==(const ModelSettings&) const = default;
+};
+
+enum class PlantModel { kFull, kReduced };
+
+/// The simulated eye.
+struct PlantSettings {
+  PlantModel model = PlantModel::kFull;
+  double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
+  double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
+  Discretization discretization = Discretization::kZeroOrderHold;
+  Tissue tissue;                ///< [tissue] with the differences of [plant.tissue] applied
+  bool tissue_differs = false;  ///< true if [plant.tissue] was given
+  bool operator==(const PlantSettings&) const = default;
+};
+
+struct RunSettings {
+  double duration = 0.25;  ///< s, above 0, at most 60; at least one control period
+  std::uint64_t seed = 1;  ///< 0 to 2^63 - 1
+  bool operator==(const RunSettings&) const = default;
+};
+
+struct Config {
+  ControlSettings control;
+  EstimatorSettings estimator;
+  ModelSettings model;
+  GridSettings grid;
+  Tissue tissue;
+  PlantSettings plant;
+  RunSettings run;
+  bool operator==(const Config&) const = default;
+
+  /// Number of control cycles: duration / period, rounded to the nearest, at least 1.
+  std::size_t cycles() const noexcept;
+  /// Throws Error naming the key, the value and what is accepted.
+  void validate() const;
+};
+
+/// Reads a configuration, applies `overrides` ("key=value", later ones win) and validates all of
+/// it.
+///
+/// `file`: a TOML file; empty means the defaults. An override's value is TOML, else a bare string;
+/// layers are addressed by name: "tissue.layers.RPE.thickness_um=5".
+/// A relative model.file starts from the folder of `file`, in an override from the current one.
+/// [plant.tissue] is applied after all of [tissue], whatever their order. Tests: tests/config.
+/// Throws Error naming the file and line (or "--set key=value"), the key, the value found and what
+/// is accepted. Unknown keys are errors with the nearest known key as advice.
+Config load_config(const std::string& file, const std::vector<std::string>& overrides);
+
+/// The complete configuration as annotated TOML: load_config() of this text gives `config` again.
+/// No dates, nothing of the machine: the same configuration gives the same text.
+std::string to_toml(const Config& config);
+
+/// SHA-256 of to_toml(config), lower-case hexadecimal.
+std::string config_sha256(const Config& config);
+
+}  // namespace photocoag

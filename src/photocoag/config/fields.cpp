@@ -1,0 +1,235 @@
+#include "photocoag/config/fields.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace photocoag {
+namespace {
+
+constexpr Unit kOne{""};
+constexpr Unit kMilliseconds{"ms", -3};
+constexpr Unit kMicrometres{"um", -6};
+constexpr Unit kKelvin{"K"};
+constexpr Unit kWatt{"W"};
+constexpr Unit kWeight{"K2/W2"};
+
+Field number(std::string key, double& value, Unit unit, Range range, std::string_view meaning) {
+  return {std::move(key), NumberField{&value, unit, range}, meaning};
+}
+
+template <class T>
+Field integer(std::string key, T& value, std::int64_t low, std::int64_t high,
+              std::string_view meaning) {
+  return {std::move(key),
+          IntegerField{[&value] { return static_cast<std::int64_t>(value); },
+                       [&value](std::int64_t read) { value = static_cast<T>(read); }, low, high},
+          meaning};
+}
+
+// `words` in the order of the enumerators.
+template <class E>
+Field word(std::string key, E& value, std::vector<std::string_view> words, std::string_view meaning,
+           std::vector<std::string_view> unavailable = {}) {
+  return {std::move(key),
+          WordField{std::move(words), [&value] { return static_cast<std::size_t>(value); },
+                    [&value](std::size_t index) { value = static_cast<E>(index); },
+                    std::move(unavailable)},
+          meaning};
+}
+
+Field discretization(std::string key, Discretization& value, std::string_view meaning) {
+  return word(
+      std::move(key), value,
+      {to_string(Discretization::kZeroOrderHold), to_string(Discretization::kImplicitEuler)},
+      meaning);
+}
+
+void add_control(ControlSettings& s, std::vector<Field>& list) {
+  const auto key = [](std::string_view name) { return fmt::format("control.{}", name); };
+  list.insert(
+      list.end(),
+      {number(key("period_ms"), s.period, kMilliseconds, {0.05, 100}, "control period T"),
+       integer(key("horizon"), s.horizon, 2, 50, "N, periods looked ahead, with N - 1 free inputs"),
+       number(key("peak_reference_K"), s.peak_reference, kKelvin, {0, 150, true},
+              "peak temperature rise to hold, below peak_max_K"),
+       number(key("peak_max_K"), s.peak_max, kKelvin, {0, 150, true},
+              "limit of the predicted peak temperature rise"),
+       number(key("power_max_W"), s.power_max, kWatt, {0, 1, true},
+              "largest laser power; 0.1 W is 100 mW"),
+       number(key("power_min_W"), s.power_min, kWatt, {0, 1},
+              "smallest laser power, below power_max_W"),
+       word(key("state_weight"), s.state_weight, {"constant", "delayed"},
+            "R0 = 1, or R0(j) = 0 for j = n+k in {1, 2, 3}, which needs a weight below"),
+       number(key("power_weight"), s.power_weight, kWeight, {0, 1e9},
+              "R1, on power against its steady value"),
+       number(key("power_change_weight"), s.power_change_weight, kWeight, {0, 1e9},
+              "R2, on the change of power"),
+       word(key("solver"), s.solver, {"dense"}, "solver of the quadratic program", {"osqp"})});
+}
+
+void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
+  const auto key = [](std::string_view name) { return fmt::format("estimator.{}", name); };
+  list.insert(
+      list.end(),
+      {word(key("kind"), s.kind, {"ekf"}, "extended Kalman filter for temperature and alpha"),
+       number(key("absorption_initial"), s.absorption_initial, kOne, {0.05, 5},
+              "alpha before the first sample, from absorption_min to absorption_max"),
+       number(key("absorption_sigma_initial"), s.absorption_sigma_initial, kOne, {0, 2, true},
+              "its standard deviation"),
+       number(key("absorption_min"), s.absorption_min, kOne, {0.05, 5},
+              "alpha is kept at or above"),
+       number(key("absorption_max"), s.absorption_max, kOne, {0.05, 5},
+              "alpha is kept at or below"),
+       number(key("absorption_process_noise"), s.absorption_process_noise, kOne, {0, 0.1},
+              "standard deviation (variance: its square) added to alpha per control sample"),
+       number(key("power_process_noise_W"), s.power_process_noise, kWatt, {0, 0.01},
+              "standard deviation per control sample of an unknown power that enters as the "
+              "laser does; stands for model error"),
+       number(key("measurement_noise_K"), s.measurement_noise, kKelvin, {0, 20, true},
+              "standard deviation of the volume temperature, as configured below, per control "
+              "sample")});
+}
+
+void add_model(ModelSettings& s, std::vector<Field>& list) {
+  list.insert(list.end(),
+              {Field{"model.file", TextField{&s.file, true},
+                     "a reduced model made by `photocoag reduce`; empty: reduce now (cached)"},
+               integer("model.order", s.reduction.order, 1, 14, "states of the reduced model"),
+               discretization("model.discretization", s.discretization,
+                              "exact for constant power, or the paper's scheme"),
+               word("model.method", s.reduction.method, {"pod-deim"},
+                    "the paper's reduction: POD over alpha, DEIM for the outputs and inputs")});
+}
+
+void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
+  const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
+  list.insert(
+      list.end(),
+      {number(key("ambient_C"), t.ambient_celsius, {"deg C"}, {-10, 60},
+              "absolute temperature = ambient + rise"),
+       number(key("domain_radius_um"), t.domain_radius, kMicrometres, {1, 20000},
+              "no temperature rise there; at least twice spot_radius_um"),
+       number(key("spot_radius_um"), t.spot_radius, kMicrometres, {0, 5000, true},
+              "of the flat-top beam"),
+       number(key("transmission"), t.transmission, kOne, {0, 1, true},
+              "power at the fundus / commanded power"),
+       number(key("density_kg_per_m3"), t.density, {"kg/m3"}, {0, 1e5, true}, "of the tissue"),
+       number(key("heat_capacity_J_per_kgK"), t.heat_capacity, {"J/(kg K)"}, {0, 1e5, true},
+              "specific, of the tissue"),
+       number(key("conductivity_W_per_mK"), t.conductivity, {"W/(m K)"}, {0, 1e3, true},
+              "thermal, of the tissue"),
+       word(key("volume_temperature"), t.volume_temperature,
+            {to_string(VolumeTemperature::kAbsorptionWeighted),
+             to_string(VolumeTemperature::kNormalized)},
+            "the paper's C_vol, or the same divided by the absorbed fraction"),
+       Field{key("peak_layer"), TextField{&t.peak_layer},
+             "the name of a layer: the peak temperature is at its mid-depth"},
+       Field{key("layers"), LayersField{&t.layers},
+             "1 to 32, in the order in which the light meets them; thickness above 0, at most "
+             "20000 um;\nabsorption 0 to 1e7 1/m, times alpha where scaled_by = \"alpha\""}});
+}
+
+void add_plant(PlantSettings& s, std::vector<Field>& list) {
+  list.insert(
+      list.end(),
+      {word("plant.model", s.model, {"full", "reduced"},
+            "the full-order model of [grid], or a reduced one"),
+       number("plant.absorption_factor", s.absorption_factor, kOne, {0.05, 5}, "the true alpha"),
+       number("plant.noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample"),
+       discretization("plant.discretization", s.discretization,
+                      "exact for constant power, or the paper's scheme")});
+}
+
+std::string round_number(double value) {
+  if (std::abs(value) < 1e6) return fmt::format("{}", value);
+  return fmt::format("1e{}", std::lround(std::log10(value)));  // the table has powers of ten only
+}
+
+std::string range_words(const NumberField& field) {
+  const std::string low = round_number(field.range.low);
+  const std::string high = round_number(field.range.high);
+  const std::string unit = field.unit.name.empty() ? "" : fmt::format(" {}", field.unit.name);
+  return field.range.above_low ? fmt::format("above {}, at most {}{}", low, high, unit)
+                               : fmt::format("{} to {}{}", low, high, unit);
+}
+
+std::string word_list(const WordField& field) {
+  std::string list;
+  for (const std::string_view w : field.words) {
+    list += fmt::format("{}\"{}\"", list.empty() ? "" : " or ", w);
+  }
+  return list;
+}
+
+}  // namespace
+
+const std::vector<Section>& sections() {
+  static const std::vector<Section> list = {
+      {"control", "the paper's optimal control problem"},
+      {"estimator", "alpha and temperatures from the measured volume temperature"},
+      {"model", "what the controller believes: a reduced model"},
+      {"grid", "the full-order model, of the eye and behind the reduced model"},
+      {"tissue", "what the model is built from; temperatures are rises over ambient"},
+      {"plant", "the simulated eye"},
+      {"plant.tissue", "the true eye where it differs from [tissue]; shown complete"},
+      {"run", "one treatment"},
+  };
+  return list;
+}
+
+std::vector<Field> fields(Config& config) {
+  std::vector<Field> list;
+  add_control(config.control, list);
+  add_estimator(config.estimator, list);
+  add_model(config.model, list);
+  list.push_back(integer("grid.min_cells", config.grid.min_cells, 1000, 5'000'000,
+                         "the grid has at least so many cells; the paper: more than 80000"));
+  add_tissue("tissue", config.tissue, list);
+  add_plant(config.plant, list);
+  add_tissue("plant.tissue", config.plant.tissue, list);
+  list.push_back(number("run.duration_ms", config.run.duration, kMilliseconds, {0, 60000, true},
+                        "at least one control period, at most 1000000 of them"));
+  list.push_back(integer("run.seed", config.run.seed, 0, std::numeric_limits<std::int64_t>::max(),
+                         "of the simulated measurement noise"));
+  return list;
+}
+
+std::vector<Field> layer_fields(Layer& layer, const std::string& prefix) {
+  return {Field{prefix + ".name", TextField{&layer.name}, "unique"},
+          number(prefix + ".thickness_um", layer.thickness, kMicrometres, {0, 20000, true},
+                 "thickness"),
+          number(prefix + ".absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7},
+                 "absorption coefficient"),
+          word(prefix + ".scaled_by", layer.scaled_by_alpha, {"none", "alpha"},
+               "alpha: multiplied by it")};
+}
+
+std::string range_text(const Field& field) {
+  if (const auto* n = std::get_if<NumberField>(&field.value)) return range_words(*n);
+  if (const auto* i = std::get_if<IntegerField>(&field.value)) {
+    constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
+    return i->high == kLargest ? fmt::format("{} to 2^63 - 1", i->low)
+                               : fmt::format("{} to {}", i->low, i->high);
+  }
+  if (const auto* w = std::get_if<WordField>(&field.value)) return word_list(*w);
+  return "";
+}
+
+std::string accepted(const Field& field) {
+  if (const auto* n = std::get_if<NumberField>(&field.value)) {
+    return (n->range.above_low ? "a number " : "a number from ") + range_words(*n);
+  }
+  if (std::holds_alternative<IntegerField>(field.value)) {
+    return "an integer from " + range_text(field);
+  }
+  if (std::holds_alternative<WordField>(field.value)) return range_text(field);
+  if (const auto* t = std::get_if<TextField>(&field.value)) {
+    return t->is_path ? "a file name in quotes" : "text in quotes, without control characters";
+  }
+  return "an array of layers, or a table of layers by name";
+}
+
+}  // namespace photocoag

@@ -1,0 +1,52 @@
+// Role: setup; where configuration values come from: a TOML file and the --set options, as plain
+// trees that remember their place. The only part that knows the TOML library. Used by config.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace photocoag {
+
+struct Entry;
+
+/// A TOML value and the place it was written at.
+struct Value {
+  enum class Kind { kInteger, kFloat, kBoolean, kString, kDate, kArray, kTable };
+
+  Kind kind = Kind::kTable;
+  std::string where;  ///< "file:line", or "--set key=value"
+  std::string text;   ///< as written (a string: in quotes; an array or table: "[…]" or "{…}")
+  std::int64_t integer = 0;    ///< if kInteger
+  double number = 0.0;         ///< if kFloat; text is the exact one
+  std::string string;          ///< if kString: valid UTF-8
+  std::vector<Entry> entries;  ///< if kTable: in the order of the text; if kArray: without keys
+
+  /// The entry of that key, or nullptr.
+  const Value* find(std::string_view key) const;
+};
+
+struct Entry {
+  std::string key;
+  Value value;
+};
+
+/// "a string", "an integer", …
+std::string_view kind_name(Value::Kind kind) noexcept;
+
+/// Reads a TOML file: regular, at most 1 MB, UTF-8 (a byte order mark is skipped).
+/// Throws Error naming file:line:column and what the parser says.
+Value read_toml_file(const std::string& file);
+
+/// Reads "key=value"; the value is TOML, else a bare string. Throws Error naming the option.
+Value read_override(const std::string& option);
+
+/// For messages: without control characters, cut to `most` bytes.
+std::string shown(std::string_view text, std::size_t most = 80);
+
+/// `text` as a TOML basic string, with its quotes.
+std::string quoted(std::string_view text);
+
+}  // namespace photocoag

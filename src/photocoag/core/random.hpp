@@ -1,0 +1,20 @@
+// Role: simulation; counter-based random numbers: the value depends on (seed, cycle, stream) alone,
+// never on how many were drawn before. Generator: Philox 4x32-10 of the Random123 library (Salmon
+// et al., "Parallel random numbers: as easy as 1, 2, 3", SC'11). Real time: noexcept, no
+// allocation.
+#pragma once
+
+#include <cstdint>
+
+namespace photocoag {
+
+/// What a random number is for; each stream is independent of the others.
+enum class RandomStream : std::uint32_t { kMeasurementNoise = 1, kOnOffPower = 2, kTest = 100 };
+
+/// Uniform in (0, 1), 53 bits.
+double uniform(std::uint64_t seed, std::uint64_t cycle, RandomStream stream) noexcept;
+
+/// Standard normal (Box-Muller).
+double standard_normal(std::uint64_t seed, std::uint64_t cycle, RandomStream stream) noexcept;
+
+}  // namespace photocoag

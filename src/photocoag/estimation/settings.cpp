@@ -1,0 +1,24 @@
+#include "photocoag/estimation/settings.hpp"
+
+#include <fmt/format.h>
+
+#include "photocoag/core/check.hpp"
+
+namespace photocoag {
+
+void EstimatorSettings::validate() const {
+  require_between(absorption_min, 0.05, 5.0, "estimator.absorption_min");
+  require_between(absorption_max, 0.05, 5.0, "estimator.absorption_max");
+  require(absorption_min < absorption_max, "estimator.absorption_max", absorption_max,
+          fmt::format("above estimator.absorption_min = {}", absorption_min));
+  require(absorption_initial >= absorption_min && absorption_initial <= absorption_max,
+          "estimator.absorption_initial", absorption_initial,
+          fmt::format("from estimator.absorption_min = {} to estimator.absorption_max = {}",
+                      absorption_min, absorption_max));
+  require_positive(absorption_sigma_initial, 2.0, "estimator.absorption_sigma_initial");
+  require_between(absorption_process_noise, 0.0, 0.1, "estimator.absorption_process_noise");
+  require_between(power_process_noise, 0.0, 0.01, "estimator.power_process_noise_W");
+  require_positive(measurement_noise, 20.0, "estimator.measurement_noise_K");
+}
+
+}  // namespace photocoag

@@ -1,0 +1,29 @@
+// Role: setup; the estimator's tuning, in physical units only. Used by estimation and
+// configuration.
+#pragma once
+
+namespace photocoag {
+
+enum class EstimatorKind { kEkf };
+
+struct EstimatorSettings {
+  EstimatorKind kind = EstimatorKind::kEkf;
+  double absorption_initial = 0.7363;      ///< 1, alpha before the first sample; mean of porcine
+                                           ///< eyes (paper); inside [min, max]
+  double absorption_sigma_initial = 0.25;  ///< 1, its standard deviation, above 0, at most 2
+  double absorption_min = 0.2;             ///< 1, alpha is kept inside [min, max]; from 0.05
+  double absorption_max = 2.0;             ///< 1, up to 5
+  double absorption_process_noise = 1e-5;  ///< 1, standard deviation added to alpha per control
+                                           ///< sample (variance: its square); from 0 to 0.1
+  double power_process_noise = 2e-4;       ///< W, standard deviation per control sample of an
+                                           ///< unknown power that enters as the laser does: stands
+                                           ///< for the model's error; from 0 to 0.01
+  double measurement_noise = 0.288;        ///< K, standard deviation of the volume temperature per
+                                           ///< control sample (paper); above 0, at most 20
+
+  /// Throws Error naming the key ("estimator.…"), the value and the range.
+  void validate() const;
+  bool operator==(const EstimatorSettings&) const = default;
+};
+
+}  // namespace photocoag

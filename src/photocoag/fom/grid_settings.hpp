@@ -1,0 +1,17 @@
+// Role: setup; how fine the full-order model's grid is. Used by fom and the configuration.
+#pragma once
+
+#include <cstddef>
+
+namespace photocoag {
+
+struct GridSettings {
+  std::size_t min_cells = 80000;  ///< n, radial times axial cells, 1,000 to 5,000,000; the grid has
+                                  ///< at least so many. The paper: more than 80,000
+
+  /// Throws Error naming "grid.min_cells".
+  void validate() const;
+  bool operator==(const GridSettings&) const = default;
+};
+
+}  // namespace photocoag

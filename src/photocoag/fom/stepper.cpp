@@ -1,0 +1,121 @@
+#include "photocoag/fom/stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+ModalStepper::ModalStepper(std::shared_ptr<const FullOrderModel> model,
+                           Discretization discretization, double period, double negligible_decay)
+    : model_(std::move(model)),
+      discretization_(discretization),
+      period_(period),
+      negligible_decay_(negligible_decay),
+      axis_weight_(model_->peak_radial().cwiseProduct(model_->beam())),
+      spot_weight_(model_->beam().cwiseAbs2()) {
+  prepare();
+  reset();
+}
+
+ModalStepper::Gain ModalStepper::gain(double rate) const noexcept {
+  const double exponent = rate * period_;
+  if (discretization_ == Discretization::kImplicitEuler) {
+    const double decay = 1.0 / (1.0 + exponent);
+    return {decay, period_ * decay};
+  }
+  return {std::exp(-exponent), -std::expm1(-exponent) / rate};
+}
+
+void ModalStepper::prepare() {
+  const VectorXd& radial = model_->radial().rates;
+  const VectorXd& axial = model_->axial().rates;
+  active_.assign(radial.size(), 0);
+  decay_.clear();
+  gain_.clear();
+  axis_memoryless_ = VectorXd::Zero(axial.size());
+  spot_memoryless_ = VectorXd::Zero(axial.size());
+  for (Index i = 0; i < radial.size(); ++i) {
+    // Rates ascend, so the modes with memory come first.
+    bool memory = true;
+    for (Index j = 0; j < axial.size(); ++j) {
+      const Gain mode = gain(radial[i] + axial[j]);
+      memory = memory && mode.decay >= negligible_decay_;
+      if (memory) {
+        decay_.push_back(mode.decay);
+        gain_.push_back(mode.gain);
+        ++active_[i];
+      } else {
+        axis_memoryless_[j] += axis_weight_[i] * mode.gain;
+        spot_memoryless_[j] += spot_weight_[i] * mode.gain;
+      }
+    }
+  }
+}
+
+void ModalStepper::set_period(double period) {
+  if (period == period_) return;
+  if (negligible_decay_ != 0.0) throw Error("set_period needs a stepper that keeps every mode");
+  period_ = period;
+  prepare();
+}
+
+void ModalStepper::reset() noexcept {
+  power_ = 0.0;
+  state_.assign(decay_.size(), 0.0);
+  axis_profile_ = VectorXd::Zero(model_->axial().size());
+  spot_profile_ = VectorXd::Zero(model_->axial().size());
+}
+
+void ModalStepper::step(double power) noexcept {
+  power_ = power;
+  axis_profile_ = axis_memoryless_ * power;
+  spot_profile_ = spot_memoryless_ * power;
+  double* __restrict state = state_.data();
+  const double* __restrict decay = decay_.data();
+  const double* __restrict gain = gain_.data();
+  double* __restrict axis = axis_profile_.data();
+  double* __restrict spot = spot_profile_.data();
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const double axis_weight = axis_weight_[static_cast<Index>(i)];
+    const double spot_weight = spot_weight_[static_cast<Index>(i)];
+    const Index modes = active_[i];
+    for (Index j = 0; j < modes; ++j) {
+      const double next = decay[j] * state[j] + gain[j] * power;
+      state[j] = next;
+      axis[j] += axis_weight * next;
+      spot[j] += spot_weight * next;
+    }
+    state += modes;
+    decay += modes;
+    gain += modes;
+  }
+}
+
+Outputs ModalStepper::outputs(const OutputWeights& weights) const noexcept {
+  return {.volume = weights.volume.dot(spot_profile_), .peak = weights.peak.dot(axis_profile_)};
+}
+
+Eigen::MatrixXd ModalStepper::temperatures(double alpha) const {
+  const Modes& radial = model_->radial();
+  const Modes& axial = model_->axial();
+  const VectorXd source = model_->axial_source(alpha) * model_->input_gain();
+  Eigen::MatrixXd coordinates(radial.size(), axial.size());
+  std::size_t next = 0;
+  for (Index i = 0; i < radial.size(); ++i) {
+    for (Index j = 0; j < axial.size(); ++j) {
+      const double state =
+          j < active_[i] ? state_[next++] : gain(radial.rates[i] + axial.rates[j]).gain * power_;
+      coordinates(i, j) = model_->beam()[i] * source[j] * state;
+    }
+  }
+  const Eigen::MatrixXd cells = radial.vectors * coordinates * axial.vectors.transpose();
+  return radial.root_measure.cwiseInverse().asDiagonal() * cells *
+         axial.root_measure.cwiseInverse().asDiagonal();
+}
+
+}  // namespace photocoag

@@ -1,0 +1,97 @@
+// Role: offline and simulated eye; time stepping of the full-order model. Used by `response`, the
+// full-order plant and the validation of reduced models: one code for all three.
+// Source: paper, section 2 (implicit Euler); exact zero-order hold is ours. docs/equations.md (E7).
+// Real time: step() is noexcept and does not allocate; everything else may.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "photocoag/core/discretization.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+
+namespace photocoag {
+
+/// State of x' = A x + B(alpha) u, kept per mode and per unit of the mode's source:
+///   temperature coordinate (i, j) = beam_i * source_j(alpha) * input_gain * state_ij.
+/// With the usual rest at the start the state depends on the power alone, so that one run serves
+/// every alpha: outputs are two axial profiles weighted by alpha (OutputWeights).
+///
+/// Per step of length h and mode of rate l: state+ = d * state + g * u with
+///   zero-order hold  d = exp(-l h),    g = (1 - d) / l
+///   implicit Euler   d = 1 / (1 + l h), g = h d
+/// A mode with d below `negligible_decay` remembers nothing of the step before to that relative
+/// accuracy; its share is g * u, summed up beforehand.
+class ModalStepper {
+ public:
+  /// negligible_decay = 0 steps every mode.
+  ModalStepper(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
+               double period, double negligible_decay = 1e-12);
+
+  /// Changes h, keeping the state. A new value needs negligible_decay = 0 (else modes without
+  /// memory have no state to keep): throws Error.
+  void set_period(double period);
+  /// Cold tissue.
+  void reset() noexcept;
+  /// One period of constant power, W (commanded).
+  void step(double power) noexcept;
+
+  /// Outputs at the end of the last step for the alpha of `weights`.
+  Outputs outputs(const OutputWeights& weights) const noexcept;
+  /// Sum over radial modes of peak_radial * beam * state, and of beam^2 * state; one per axial
+  /// mode.
+  const Eigen::VectorXd& axis_profile() const noexcept { return axis_profile_; }
+  const Eigen::VectorXd& spot_profile() const noexcept { return spot_profile_; }
+
+  /// Temperature rise per cell for this alpha, radial x axial, K. Allocates.
+  Eigen::MatrixXd temperatures(double alpha) const;
+
+  const FullOrderModel& model() const noexcept { return *model_; }
+  double period() const noexcept { return period_; }
+  /// Modes that carry memory from one step to the next.
+  std::size_t active_modes() const noexcept { return state_.size(); }
+
+ private:
+  struct Gain {
+    double decay;
+    double gain;
+  };
+  Gain gain(double rate) const noexcept;
+  void prepare();
+
+  std::shared_ptr<const FullOrderModel> model_;
+  Discretization discretization_;
+  double period_;
+  double negligible_decay_;
+  double power_ = 0.0;                // of the last step: memoryless modes follow it
+  std::vector<Eigen::Index> active_;  // per radial mode: the first so many axial modes have memory
+  std::vector<double> state_;         // active modes, radial mode by radial mode
+  std::vector<double> decay_;
+  std::vector<double> gain_;
+  Eigen::VectorXd axis_weight_;      // per radial mode: peak_radial * beam
+  Eigen::VectorXd spot_weight_;      // per radial mode: beam^2
+  Eigen::VectorXd axis_memoryless_;  // per axial mode and watt: share of the memoryless modes
+  Eigen::VectorXd spot_memoryless_;
+  Eigen::VectorXd axis_profile_;
+  Eigen::VectorXd spot_profile_;
+};
+
+/// The simulated eye at full order, for one alpha. A Plant (loop/plant.hpp).
+class FullOrderPlant {
+ public:
+  FullOrderPlant(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
+                 double period, double absorption_factor, double negligible_decay = 1e-12)
+      : weights_(model->output_weights(absorption_factor)),
+        stepper_(std::move(model), discretization, period, negligible_decay) {}
+
+  void set_period(double period) { stepper_.set_period(period); }
+  void step(double power) noexcept { stepper_.step(power); }
+  Outputs outputs() const noexcept { return stepper_.outputs(weights_); }
+
+ private:
+  OutputWeights weights_;
+  ModalStepper stepper_;
+};
+
+}  // namespace photocoag

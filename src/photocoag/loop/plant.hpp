@@ -1,0 +1,19 @@
+// Role: simulation; what a simulated tissue must offer. Used by loop.
+#pragma once
+
+#include <concepts>
+
+#include "photocoag/core/outputs.hpp"
+
+namespace photocoag {
+
+/// One control period of constant power per step. Models: FullOrderPlant (fom), ReducedPlant (rom).
+template <typename P>
+concept Plant = requires(P plant, const P& constant, double power) {
+  { plant.step(power) }
+  noexcept;
+  { constant.outputs() }
+  noexcept->std::same_as<Outputs>;
+};
+
+}  // namespace photocoag

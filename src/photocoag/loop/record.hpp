@@ -1,0 +1,31 @@
+// Role: online; one cycle's record. Used by loop (writes it) and run (prints it). Units: SI.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "photocoag/loop/controller.hpp"
+
+namespace photocoag {
+
+/// Row k: `time` is the end of cycle k; `power` was applied during it; temperatures at its end; the
+/// estimate after the update with its sample; decision fields of the solve that chose its power.
+struct CycleRecord {
+  std::int64_t cycle = 0;
+  double time = 0.0;      ///< s
+  double power = 0.0;     ///< W
+  Outputs truth;          ///< K
+  double measured = 0.0;  ///< K; NaN: no sample
+  Estimate estimate;
+  Decision decision;
+  bool overrun = false;  ///< the controller missed this period: the laser ran on its own
+};
+
+/// Durations in ns, one entry per cycle, filled by a paced loop.
+struct LoopTiming {
+  std::vector<std::int64_t> wake_late;  ///< wake-up after the deadline
+  std::vector<std::int64_t>
+      cycle;  ///< read, estimate, solve, gate, write (the simulated eye included)
+};
+
+}  // namespace photocoag

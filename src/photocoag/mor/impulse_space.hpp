@@ -1,0 +1,31 @@
+// Role: offline; a small model that follows the full-order one to about 1e-5, from which bases are
+// made. Used by mor. Source: method of snapshots (Sirovich 1987); docs/equations.md (E12). Why: the
+// span of all impulse responses e^(At) B(alpha) is nearly 45-dimensional. Projected on it, every
+// later step (pulse responses, POD, choice of weights) costs microseconds instead of passes over n
+// > 80,000 states. Units: SI.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "photocoag/fom/full_order_model.hpp"
+
+namespace photocoag {
+
+/// Galerkin projection of the full-order model on the span of its impulse responses, in coordinates
+/// in which A is diagonal and the basis orthonormal in the energy product.
+struct ImpulseSpace {
+  Eigen::VectorXd rates;         ///< 1/s; A = -diag(rates), ascending
+  Eigen::MatrixXd axial_source;  ///< size x axial modes: V'(beam (x) .), so that
+                                 ///< B(alpha) = input_gain * axial_source * source(alpha)
+  Eigen::VectorXd peak;          ///< C_peak V
+
+  Eigen::Index size() const noexcept { return rates.size(); }
+};
+
+/// Snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced over [1e-6 s, 1
+/// s]. Directions with a Gram eigenvalue below 1e-13 of the largest are rounding and left out.
+/// Allocates.
+ImpulseSpace impulse_space(const FullOrderModel& model,
+                           const std::vector<double>& absorption_factors);
+
+}  // namespace photocoag

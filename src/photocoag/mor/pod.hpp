@@ -1,0 +1,18 @@
+// Role: offline; global POD basis over alpha. Used by mor. Source: paper, section 2 (global basis
+// approach; Benner, Gugercin and Willcox, SIAM Review 57 (2015), section 4.1); docs/equations.md
+// (E13).
+#pragma once
+
+#include <Eigen/Core>
+
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/mor/impulse_space.hpp"
+
+namespace photocoag {
+
+/// Orthonormal basis, impulse-space size x order: the leading left singular vectors of the weighted
+/// impulse responses of the training alphas. Throws Error if the impulse space has fewer than
+/// `order` directions.
+Eigen::MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order);
+
+}  // namespace photocoag

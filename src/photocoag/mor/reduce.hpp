@@ -1,0 +1,47 @@
+// Role: offline; full-order model -> reduced model, with its measured error. Used by `reduce` and
+// the model cache. Source: paper, section 2 (global basis and DEIM); docs/equations.md (E8) to
+// (E13). Differences: exact zero-order hold by default; snapshot weights tailored here (the paper
+// does not give its own). Units: SI.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/core/discretization.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/mor/settings.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// Told what is being done and how much of the whole is done, 0 to 1. May be empty.
+using Progress = std::function<void(std::string_view stage, double fraction)>;
+
+/// How a reduced model's error is measured: constant and random on/off power from cold tissue.
+struct ValidationSettings {
+  std::vector<double>
+      absorption_factors;         ///< empty: 29 values over [0.3, 1.7], none of them trained on
+  double duration = 0.4;          ///< s
+  double mean_dwell = 10e-3;      ///< s, mean time between switchings of the random power
+  std::uint64_t seed = 20220101;  ///< of the random power; training uses no random signal
+};
+
+/// Random on/off power (0 or 1 W) with exponentially distributed dwell times, whole periods.
+std::vector<double> on_off_power(double duration, double period, double mean_dwell,
+                                 std::uint64_t seed);
+
+/// Largest error of each output over the run relative to its own largest value, for each alpha the
+/// worse of both signals. Steps the full-order model once per signal (its state does not depend on
+/// alpha).
+ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
+                          const ValidationSettings& settings = {}, const Progress& progress = {});
+
+/// The reduced model of `full` for one control period, error measured and verified
+/// (rom/reduced_model.hpp). Deterministic: the same arguments give the same bits. Throws Error if
+/// the result cannot be trusted.
+ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionSettings& settings,
+                    double period, Discretization discretization, const Progress& progress = {});
+
+}  // namespace photocoag

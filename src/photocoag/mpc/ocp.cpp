@@ -1,0 +1,99 @@
+#include "photocoag/mpc/ocp.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+// R0(n + k) of the paper.
+double state_weight(StateWeight kind, long long stage) noexcept {
+  return kind == StateWeight::kDelayed && stage >= 1 && stage <= 3 ? 0.0 : 1.0;
+}
+
+}  // namespace
+
+OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
+                                             const ControlSettings& settings)
+    : settings_(settings) {
+  settings.validate();
+  if (std::abs(model.period - settings.period) > 1e-9 * settings.period) {
+    throw Error(ErrorParts{
+        .key = "control.period_ms",
+        .problem = "the reduced model is for another period",
+        .found =
+            fmt::format("{:g} ms, model for {:g} ms", settings.period * 1e3, model.period * 1e3),
+        .accepted = "the model's period, or a model made for this one with `photocoag reduce`"});
+  }
+  const Eigen::Index n = model.order();
+  peak_powers_.resize(settings.horizon, n);
+  peak_powers_.row(0) = model.C_peak.transpose();
+  for (int k = 1; k < settings.horizon; ++k) {
+    peak_powers_.row(k) = (peak_powers_.row(k - 1) * model.A_d).eval();
+  }
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(n, n) - Eigen::MatrixXd(model.A_d);
+  steady_row_ = rest.transpose().partialPivLu().solve(Eigen::VectorXd(model.C_peak));
+  free_.setZero(inputs());
+  impulse_.setZero(inputs());
+  least_.setZero(inputs());
+}
+
+double OptimalControlProblem::steady_power(const StateVector& input) const noexcept {
+  return settings_.peak_reference / steady_row_.dot(input);
+}
+
+void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+  const int n = inputs();
+  const double scale = settings_.power_max;
+  const double least_power = settings_.power_min / scale;
+  problem.resize(n, n);
+  problem.lower.setConstant(least_power);
+  problem.upper.setConstant(1.0);
+
+  for (int i = 0; i < n; ++i) impulse_[i] = peak_powers_.row(i).dot(data.input) * scale;
+  double least_sum = 0.0;
+  limit_relaxed_ = false;
+  for (int k = 0; k < n; ++k) {
+    free_[k] = peak_powers_.row(k + 1).dot(data.state);
+    least_sum += impulse_[k];
+    least_[k] = free_[k] + least_sum * least_power;
+    const bool relaxed = least_[k] > settings_.peak_max;
+    limit_relaxed_ = limit_relaxed_ || relaxed;
+    // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
+    // cools, no power above them is left in the stages before.
+    problem.limit[k] = (relaxed ? least_[k] : settings_.peak_max) - free_[k];
+    for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? impulse_[k - j] : 0.0;
+  }
+
+  // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …
+  const double r1 = settings_.power_weight * scale * scale;
+  const double r2 = settings_.power_change_weight * scale * scale;
+  for (int j = 0; j < n; ++j) {
+    double gradient = 0.0;
+    for (int i = 0; i <= j; ++i) {
+      double sum = 0.0;
+      for (int k = j; k < n; ++k) {
+        const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
+        sum += weight * impulse_[k - i] * impulse_[k - j];
+      }
+      problem.hessian(i, j) = problem.hessian(j, i) = 2.0 * sum;
+    }
+    for (int k = j; k < n; ++k) {
+      const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
+      gradient += weight * impulse_[k - j] * (free_[k] - settings_.peak_reference);
+    }
+    problem.gradient[j] = 2.0 * (gradient - r1 * data.power_reference / scale);
+    problem.hessian(j, j) += 2.0 * (r1 + (j + 1 < n ? 2.0 * r2 : r2));
+    if (j > 0) {
+      problem.hessian(j - 1, j) -= 2.0 * r2;
+      problem.hessian(j, j - 1) -= 2.0 * r2;
+    }
+  }
+  problem.gradient[0] -= 2.0 * r2 * data.previous_power / scale;
+}
+
+}  // namespace photocoag

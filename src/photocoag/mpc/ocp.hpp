@@ -1,0 +1,57 @@
+// Role: online; the paper's optimal control problem, condensed to its N - 1 powers. Used by mpc.
+// Source: paper, section 3, OCP(n) and J_n; docs/equations.md (E18) to (E22).
+// Differences: slips of the paper put right (input terms k = 0 … N-2, no bound at stage 0, u_ref
+// from the discrete steady state); a limit that even the smallest powers exceed is relaxed to what
+// they reach, so that no estimate makes the problem unsolvable. Units: SI. Real time: noexcept,
+// bounded, allocation-free after construction.
+#pragma once
+
+#include "photocoag/core/types.hpp"
+#include "photocoag/mpc/settings.hpp"
+#include "photocoag/qp/problem.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// What changes from cycle to cycle.
+struct OcpData {
+  const StateVector& state;      ///< x_0, order
+  const StateVector& input;      ///< B_d(alpha), order
+  long long cycle = 0;           ///< n, for the delayed state weight
+  double power_reference = 0.0;  ///< u_ref, W
+  double previous_power = 0.0;   ///< u_prev, W
+};
+
+/// min  sum_{k=1}^{N-1} R0(n+k) (y_k - y_ref)^2 + R1 sum_{k=0}^{N-2} (u_k - u_ref)^2
+///      + R2 ((u_0 - u_prev)^2 + sum_{k=1}^{N-2} (u_k - u_{k-1})^2)
+/// s.t. u_min <= u_k <= u_max,  y_k <= max(y_max, y_k at u = u_min),  k = 1 … N-1,
+/// with y_k = f_k + sum_{j<k} h_{k-1-j} u_j, f_k = C_peak A^k x_0, h_i = C_peak A^i B.
+class OptimalControlProblem {
+ public:
+  /// Throws Error on bad settings or a model for another period.
+  OptimalControlProblem(const ReducedModel& model, const ControlSettings& settings);
+
+  /// The quadratic program in v = u / u_max (dimensionless; costs in K2).
+  void condense(const OcpData& data, QpProblem& problem) noexcept;
+
+  /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds the reference for ever.
+  double steady_power(const StateVector& input) const noexcept;
+
+  int inputs() const noexcept { return settings_.horizon - 1; }
+  double power_max() const noexcept { return settings_.power_max; }
+  /// True if the limit had to be relaxed in the last condense().
+  bool limit_relaxed() const noexcept { return limit_relaxed_; }
+  /// Peak at stage k = 1 … N-1 of the last condense() for powers u_min, K.
+  double free_response(int stage) const noexcept { return least_[stage - 1]; }
+
+ private:
+  ControlSettings settings_;
+  BoundedMatrix<kMaxHorizon, kMaxOrder> peak_powers_;  // row k: C_peak A^k, k = 0 … N-1
+  StateVector steady_row_;                             // (I - A)^-T C_peak
+  InputVector free_;                                   // f_1 … f_{N-1}
+  InputVector impulse_;                                // h_0 … h_{N-2} times u_max
+  InputVector least_;                                  // y_1 … y_{N-1} at u = u_min
+  bool limit_relaxed_ = false;
+};
+
+}  // namespace photocoag

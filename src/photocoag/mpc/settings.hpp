@@ -1,0 +1,31 @@
+// Role: setup; the optimal control problem's data. Used by mpc and the configuration.
+// Source: paper, section 3, OCP(n) and cost J_n.
+#pragma once
+
+namespace photocoag {
+
+enum class StateWeight {
+  kConstant,  ///< R0 = 1
+  kDelayed,   ///< the paper's chi_3: R0(j) = 0 for j = n + k in {1, 2, 3}, else 1
+};
+
+enum class SolverKind { kDense };
+
+struct ControlSettings {
+  double period = 1e-3;          ///< s, control period T; 0.05 ms to 100 ms
+  int horizon = 5;               ///< N, 2 to 50; N - 1 free inputs
+  double peak_reference = 30.0;  ///< K, y_peak,ref; above 0, at most 150
+  double peak_max = 32.0;        ///< K, y_peak,max; above the reference, at most 150
+  double power_max = 0.1;        ///< W, u_max; above 0, at most 1
+  double power_min = 0.0;        ///< W; from 0, below power_max
+  StateWeight state_weight = StateWeight::kConstant;
+  double power_weight = 0.0;         ///< K2/W2, R1 >= 0, at most 1e9
+  double power_change_weight = 0.0;  ///< K2/W2, R2 >= 0, at most 1e9
+  SolverKind solver = SolverKind::kDense;
+
+  /// Throws Error naming the key ("control.…"), the value and the range.
+  void validate() const;
+  bool operator==(const ControlSettings&) const = default;
+};
+
+}  // namespace photocoag

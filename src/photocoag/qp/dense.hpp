@@ -1,0 +1,109 @@
+// Role: online; `dense`, the exact and bounded solver of the condensed quadratic program.
+// Used by mpc.
+// Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex
+//   quadratic programs", Math. Programming 27 (1983) 1-33, steps 0 to 2 of the algorithm.
+// Differences from the source: inequalities read n' u <= b; a constraint enters by a Householder
+//   reflection, which reuses the primal direction; bounds are unit vectors; rows that no u in the
+//   box can violate are left out; rows in conflict by less than 1e-9 are relaxed; the answer is
+//   refined once against H, g and the active set; every answer carries its proof, the KKT
+//   conditions or a vector of Farkas.
+// Units: none. Rows are normalized, and every tolerance is relative to the data, so that scaling
+//   (G_i, limit_i) or (H, g) by a positive factor changes u by rounding only.
+// Real time: no heap, lock, exception or clock; at most iteration_bound(n, m) active-set changes
+//   of O(n (n + m)) operations after O(n^3) of preparation. Sums run in an order that depends on
+//   n and m only, not on alignment: same problem, same bits. Nothing is kept between solves.
+// Threads: one object per thread (about 60 KB of work space inside it).
+#pragma once
+
+#include "photocoag/qp/problem.hpp"
+
+namespace photocoag {
+
+class DenseSolver {
+ public:
+  /// A smaller bound on the iterations than iteration_bound(), if need be.
+  explicit DenseSolver(int iteration_limit = std::numeric_limits<int>::max()) noexcept
+      : iteration_limit_(iteration_limit) {}
+
+  /// Most active-set changes for n inputs and m rows; a problem that needs more ends with
+  /// kIterationLimit. Random problems at the largest size, with half the constraints active, were
+  /// seen to need 2.5 (n + m); the rest is room for degenerate ones (tests/qp/test_dense.cpp).
+  static constexpr int iteration_bound(int inputs, int constraints) noexcept {
+    return 8 * (inputs + constraints) + 16;
+  }
+
+  /// Minimizer of 1/2 u' H u + g' u in the box and below the limits, with multipliers:
+  ///   H u + g + G' row_multiplier + bound_multiplier = 0.
+  /// The scale of row i is max(|limit_i|, sum_j |G_ij| max(|lower_j|, |upper_j|)).
+  ///   kSolved: lower <= u <= upper; rows hold to rounding, or, if no u does that, to 1e-9 of their
+  ///     scale; stationarity to 1e-11 of the largest terms that cancel in it.
+  ///   kInfeasible: proved by multipliers; every u in the box violates some row by more than 1e-9
+  ///     of the row's scale. A problem that is infeasible by less counts as feasible.
+  ///   kIterationLimit, kNumericalFailure: as in QpStatus; the latter also for sizes that do not
+  ///     match.
+  /// Example and tests: tests/qp/test_dense.cpp.
+  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
+
+ private:
+  friend struct DenseSolverProbe;  // tests: the iterate at a stop before the end
+
+  /// n' u <= b. index < n_: bound of input `index`, n = sign e_index; else row index - n_.
+  struct Constraint {
+    int index = -1;
+    double sign = 1.0;
+  };
+
+  struct DualStep {
+    double length;
+    int leaving;  // position in the active set of the multiplier that reaches 0
+  };
+
+  QpStatus prepare(const QpProblem& problem) noexcept;
+  bool factorize(const InputMatrix& hessian) noexcept;
+  QpStatus iterate(const QpProblem& problem, int limit) noexcept;
+  QpStatus verify(const QpProblem& problem, QpSolution& solution) noexcept;
+
+  bool choose_violated(const QpProblem& problem) noexcept;
+  double violation(const QpProblem& problem, Constraint c) const noexcept;
+  void evaluate_directions() noexcept;
+  DualStep longest_dual_step() const noexcept;
+  double least_violation(const QpProblem& problem) const noexcept;
+  void relax(double gap) noexcept;
+  void add_entering() noexcept;
+  void drop(int position) noexcept;
+  void refine(const QpProblem& problem) noexcept;
+  void solve_r(double* x) const noexcept;
+  void add_normal(Constraint c, double factor, double* target) const noexcept;
+
+  int iteration_limit_;
+  int iterations_ = 0;
+  int n_ = 0;
+
+  // The constraints, normalized.
+  InputVector box_scale_;        // n, max(|lower|, |upper|)
+  InputMatrix normals_;          // n x rows that can be violated, one column each, G_i / scale_i
+  InputVector offsets_;          // limit_i / scale_i
+  InputVector row_scales_;       // scale_i
+  int row_of_[kMaxInputs] = {};  // index i in the problem
+
+  // The iterate: u, the active set and its multipliers, and the constraint that is entering.
+  InputVector u_;
+  int active_count_ = 0;
+  Constraint active_[kMaxInputs];
+  double multiplier_[kMaxInputs] = {};
+  bool is_active_[2 * kMaxInputs] = {};
+  Constraint entering_;
+  double entering_multiplier_ = 0.0;
+
+  // Factors: J' H J = I and J' N = [R; 0], N the normals of the active set.
+  InputMatrix j_;
+  InputMatrix r_;
+  // For the entering normal: d = J' n, z = J2 d2 (primal direction), r = R^-1 d1 (dual direction).
+  InputVector d_;
+  InputVector z_;
+  InputVector dual_;
+  double d2_squared_ = 0.0;
+  bool dependent_ = false;  // the entering normal lies in the span of the active ones
+};
+
+}  // namespace photocoag

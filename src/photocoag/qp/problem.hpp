@@ -1,0 +1,62 @@
+// Role: online; the quadratic program between the optimal control problem and its solvers.
+// Used by mpc (fills it) and every solver. Real time: plain data, no heap.
+// Source: docs/equations.md, condensed form of OCP(n).
+#pragma once
+
+#include <concepts>
+#include <limits>
+#include <string_view>
+
+#include "photocoag/core/types.hpp"
+
+namespace photocoag {
+
+/// min over u of 1/2 u' H u + g' u  subject to  lower <= u <= upper,  G u <= limit.
+///
+/// n = H.rows() in 1 … kMaxInputs, H symmetric positive definite (both triangles filled),
+/// m = G.rows() in 0 … kMaxInputs. Everything is finite, but a row's limit may be +infinity (no
+/// constraint). No unit is assumed: mpc scales u by u_max, so that here lower and upper are of
+/// order 1; the rows, and H and g together, may have any scale.
+struct QpProblem {
+  InputMatrix hessian;   ///< H, n x n
+  InputVector gradient;  ///< g, n
+  InputVector lower;     ///< n
+  InputVector upper;     ///< n, upper >= lower
+  InputMatrix rows;      ///< G, m x n
+  InputVector limit;     ///< m
+
+  /// Sets all sizes; contents are undefined afterwards. No heap.
+  /// Precondition: inputs in 1 … kMaxInputs, constraints in 0 … kMaxInputs.
+  void resize(int inputs, int constraints) noexcept;
+};
+
+enum class QpStatus {
+  kSolved,            ///< u is the minimizer, checked against the KKT conditions
+  kInfeasible,        ///< no u satisfies the constraints; u = lower
+  kIterationLimit,    ///< the bound on the work was reached; u = lower
+  kNumericalFailure,  ///< bad data, H not positive definite, or KKT check failed; u = lower
+};
+
+std::string_view to_string(QpStatus status) noexcept;
+
+/// Unless solved: multipliers 0, and an entry of u whose lower bound is not finite is min(0,
+/// upper).
+struct QpSolution {
+  InputVector power;             ///< u, n; inside [lower, upper] at every status
+  InputVector bound_multiplier;  ///< n; > 0: upper bound active, < 0: lower bound active
+  InputVector row_multiplier;    ///< m, >= 0, of G u <= limit
+  QpStatus status = QpStatus::kNumericalFailure;
+  int iterations = 0;  ///< of the solver: active-set changes or sweeps
+  /// Largest scaled violation of the KKT conditions (dimensionless); infinity if not evaluated.
+  double kkt_residual = std::numeric_limits<double>::infinity();
+};
+
+/// What every solver offers: same input, same bits; no allocation, lock, exception or clock; a bad
+/// problem never affects the next one. The exam is tests/qp/exam.hpp.
+template <typename Solver>
+concept QpSolver = requires(Solver solver, const QpProblem& problem, QpSolution& solution) {
+  { solver.solve(problem, solution) }
+  noexcept->std::same_as<QpStatus>;
+};
+
+}  // namespace photocoag

@@ -1,0 +1,38 @@
+// Role: offline; the HTML of a report. Used by report.
+// Units: on the page every number carries its unit. Real-time promise: none. Threads: none.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/report/run_log.hpp"
+
+namespace photocoag {
+
+/// One part of the run, drawn for wide and for narrow pages (same order, same number).
+struct FigureColumn {
+  std::string heading;
+  std::vector<std::string> wide, narrow;  ///< inline SVG
+};
+
+/// The whole page. `folder`: the run folder as the user named it.
+std::string report_page(const RunLog& log, const RunSummary& summary, const RunConfig& config,
+                        const std::vector<FigureColumn>& figures, const std::string& folder);
+
+/// The page's style, without the drawings' (plot_css).
+std::string_view page_css() noexcept;
+
+namespace page_detail {
+
+/// Tables of key numbers, solver and timing.
+std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config);
+std::string timing_section(const RunSummary& summary);
+/// First 10 and last 3 cycles.
+std::string cycles_table(const RunLog& log);
+
+/// `value` with `digits` digits, a true minus sign and its unit; an en dash if there is no value.
+std::string quantity(std::optional<double> value, int digits, std::string_view unit);
+
+}  // namespace page_detail
+}  // namespace photocoag

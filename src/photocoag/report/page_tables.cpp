@@ -1,0 +1,259 @@
+// The tables of the page.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "photocoag/report/html.hpp"
+#include "photocoag/report/page.hpp"
+
+namespace photocoag::page_detail {
+namespace {
+
+using Out = std::back_insert_iterator<std::string>;
+constexpr std::string_view kNone = "–";
+constexpr std::string_view kSpace = "\u00a0";  // keeps number and unit together
+
+std::string count(std::optional<std::int64_t> value) {
+  return value ? fmt::format("{}", *value) : std::string(kNone);
+}
+
+class KeyTable {
+ public:
+  explicit KeyTable(std::string_view caption) {
+    fmt::format_to(Out(html_), "<table class=\"keys\"><caption>{}</caption><tbody>\n", caption);
+  }
+  // `value` and `note` are text; they are escaped here.
+  KeyTable& row(std::string_view name, std::string_view value, std::string_view note = "",
+                std::string_view kind = "") {
+    fmt::format_to(Out(html_), "<tr{}><th scope=\"row\">{}{}</th><td>{}</td></tr>\n",
+                   kind.empty() ? "" : fmt::format(" class=\"{}\"", kind), escape_html(name),
+                   note.empty() ? "" : fmt::format("<small>{}</small>", escape_html(note)),
+                   escape_html(value));
+    return *this;
+  }
+  // A row for words that are too long for the second column.
+  KeyTable& wide_row(std::string_view name, std::string_view words, std::string_view kind) {
+    fmt::format_to(Out(html_),
+                   "<tr class=\"{}\"><th scope=\"row\" colspan=\"2\">{}: {}</th></tr>\n", kind,
+                   escape_html(name), escape_html(words));
+    return *this;
+  }
+  std::string end() { return html_ + "</tbody></table>\n"; }
+
+ private:
+  std::string html_;
+};
+
+std::optional<double> finite(double value) {
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::optional<double> plus(std::optional<double> value, double more) {
+  return value ? std::optional(*value + more) : std::nullopt;
+}
+
+std::string temperature_table(const RunSummary& summary, const RunConfig& config) {
+  const std::string ambient = fmt::format("absolute, ambient {:g}{}°C", config.ambient_C, kSpace);
+  KeyTable table("Temperature");
+  table.row("Reference", fmt::format("{:g}{}K", config.peak_reference_K, kSpace), "peak rise");
+  table.row("Limit", fmt::format("{:g}{}K", summary.limit_K, kSpace), "peak rise");
+  if (summary.peak_true_max_K)
+    table.row("Highest peak", quantity(summary.peak_true_max_K, 2, "K"), "true rise")
+        .row("Highest peak", quantity(plus(summary.peak_true_max_K, config.ambient_C), 2, "°C"),
+             ambient);
+  table.row("Highest estimated peak", quantity(summary.peak_estimate_max_K, 2, "K"), "rise");
+  if (!summary.peak_true_max_K)
+    table.row("Highest estimated peak",
+              quantity(plus(summary.peak_estimate_max_K, config.ambient_C), 2, "°C"), ambient);
+  table.row("RMS error after 50 ms", quantity(summary.rms_error_after_50_ms_K, 3, "K"),
+            "true peak against reference");
+  std::optional<double> time_ms;
+  if (summary.time_to_95_percent_s) time_ms = 1e3 * *summary.time_to_95_percent_s;
+  const std::string_view without = summary.peak_true_max_K ? "never" : kNone;
+  table.row("Time to 95 %",
+            time_ms ? fmt::format("{:.4g}{}ms", *time_ms, kSpace) : std::string(without),
+            "of the reference");
+  return table.end();
+}
+
+std::string safety_table(const RunSummary& summary) {
+  KeyTable table("Limit and stop");
+  const bool exceeded = summary.limit_violations.value_or(0) > 0;
+  table
+      .row(exceeded ? "▲ Cycles over the limit" : "Cycles over the limit",
+           count(summary.limit_violations), "true peak", exceeded ? "alarm" : "")
+      .row("Limit active", count(summary.limit_active_cycles), "cycles in which it bound the power")
+      .row("Overruns", count(summary.overruns), "cycles that ended late");
+  if (summary.stopped_for) {
+    table.wide_row("■ Stopped for", *summary.stopped_for, "alarm");
+  } else {
+    table.row("Stopped for", "nothing", "ran to the end");
+  }
+  return table.end();
+}
+
+std::string laser_table(const RunLog& log, const RunConfig& config) {
+  KeyTable table("Laser");
+  const double longest =
+      log.empty() ? 0.0 : *std::max_element(log.power_W.begin(), log.power_W.end());
+  table.row("Energy", quantity(log.energy_J(), 6, "J"), "commanded power × period")
+      .row("Highest power", quantity(1e3 * longest, 2, "mW"))
+      .row("Power bound", fmt::format("{:g}{}mW", 1e3 * config.power_max_W, kSpace));
+  return table.end();
+}
+
+std::string absorption_table(const RunLog& log, const RunSummary& summary,
+                             const RunConfig& config) {
+  KeyTable table("Absorption factor");
+  if (!log.empty()) {
+    table.row("Final estimate", quantity(finite(log.absorption_estimate.back()), 4, ""))
+        .row("Uncertainty", "±" + quantity(finite(2.0 * log.absorption_sigma.back()), 4, ""),
+             "2 σ, as the estimator sees it");
+  }
+  if (log.has_truth() && config.absorption_true)
+    table.row("Truth", fmt::format("{:g}", *config.absorption_true), "of the simulated eye");
+  std::optional<double> percent;
+  if (summary.absorption_error_final) percent = 100.0 * *summary.absorption_error_final;
+  table.row("Final error", quantity(percent, 2, "%"), "estimate ∕ truth − 1");
+  return table.end();
+}
+
+std::string run_table(const RunLog& log, const RunSummary& summary) {
+  KeyTable table("Run");
+  table.row("Cycles", fmt::format("{}", summary.cycles));
+  if (!log.empty())
+    table.row("Control period", fmt::format("{:g}{}ms", 1e3 * log.period_s(), kSpace))
+        .row("Duration", fmt::format("{:g}{}ms", 1e3 * log.time_s.back(), kSpace));
+  table.row("Seed", summary.seed)
+      .row("Full-order model", count(summary.full_order_states), "states");
+  return table.end();
+}
+
+std::string solver_table(const RunLog& log) {
+  std::vector<std::pair<std::string, std::int64_t>> counts;
+  for (const std::string& status : log.solver_status) {
+    auto found = std::find_if(counts.begin(), counts.end(),
+                              [&](const auto& entry) { return entry.first == status; });
+    if (found == counts.end()) found = counts.insert(counts.end(), {status, 0});
+    ++found->second;
+  }
+  KeyTable table("Solver");
+  for (const auto& [status, cycles] : counts)
+    table.row(status.empty() ? "no status" : status, fmt::format("{}", cycles), "cycles");
+  double most = 0.0;
+  for (const double iterations : log.solver_iterations)
+    if (iterations > most) most = iterations;
+  table.row("Most iterations", fmt::format("{:g}", most), "in one cycle");
+  return table.end();
+}
+
+// "wake_late_us" -> {"wake late", "µs"}
+std::pair<std::string, std::string> name_and_unit(std::string name) {
+  std::string unit;
+  const std::size_t last = name.rfind('_');
+  if (last != std::string::npos) {
+    for (const auto& [ending, shown] :
+         {std::pair("us", "µs"), {"ms", "ms"}, {"ns", "ns"}, {"s", "s"}})
+      if (name.substr(last + 1) == ending) unit = shown;
+    if (!unit.empty()) name.erase(last);
+  }
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return {name, unit};
+}
+
+// Three to four significant digits, never an exponent in the usual range.
+std::string short_number(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e9) return fmt::format("{:.0f}", value);
+  const double size = std::abs(value);
+  return fmt::format("{:.{}f}", value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : size >= 1.0 ? 2 : 3);
+}
+
+}  // namespace
+
+std::string quantity(std::optional<double> value, int digits, std::string_view unit) {
+  if (!value || !std::isfinite(*value)) return std::string(kNone);
+  std::string number = fmt::format("{:.{}f}", std::abs(*value), digits);
+  const bool zero = number.find_first_not_of("0.") == std::string::npos;
+  std::string text = *value < 0.0 && !zero ? "−" : "";
+  text += number;
+  if (!unit.empty()) {
+    text += kSpace;
+    text += unit;
+  }
+  return text;
+}
+
+std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
+  return "<section><h2>Summary</h2>\n<div class=\"tables\">\n<div>" +
+         temperature_table(summary, config) + "</div>\n<div>" + safety_table(summary) +
+         absorption_table(log, summary, config) + "</div>\n<div>" + laser_table(log, config) +
+         run_table(log, summary) + solver_table(log) + "</div>\n</div></section>\n";
+}
+
+std::string timing_section(const RunSummary& summary) {
+  if (summary.timing.empty()) return {};
+  std::vector<std::string> columns;
+  for (const RunSummary::Timing& row : summary.timing)
+    for (const auto& [name, value] : row.values)
+      if (std::find(columns.begin(), columns.end(), name) == columns.end()) columns.push_back(name);
+  std::string html =
+      "<section><h2>Timing</h2>\n<div class=\"scroll\" role=\"region\" tabindex=\"0\" "
+      "aria-label=\"Timing\"><table class=\"data\"><thead><tr><th scope=\"col\">Time</th>";
+  for (const std::string& name : columns)
+    fmt::format_to(Out(html), "<th scope=\"col\">{}</th>", escape_html(name_and_unit(name).first));
+  html += "</tr></thead><tbody>\n";
+  for (const RunSummary::Timing& row : summary.timing) {
+    const auto [name, unit] = name_and_unit(row.name);
+    fmt::format_to(Out(html), "<tr><th scope=\"row\">{}{}</th>", escape_html(name),
+                   unit.empty() ? "" : " in " + unit);
+    for (const std::string& column : columns) {
+      const auto found = std::find_if(row.values.begin(), row.values.end(),
+                                      [&](const auto& entry) { return entry.first == column; });
+      fmt::format_to(Out(html), "<td>{}</td>",
+                     found == row.values.end() ? std::string(kNone) : short_number(found->second));
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div></section>\n";
+}
+
+std::string cycles_table(const RunLog& log) {
+  constexpr std::size_t kFirst = 10, kLast = 3;
+  std::string html =
+      "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"Cycles\">"
+      "<table class=\"data\"><thead><tr>";
+  for (const std::string_view name :
+       {"cycle", "time<br>ms", "power<br>mW", "u_ref<br>mW", "peak true<br>K", "peak est.<br>K",
+        "volume true<br>K", "measured<br>K", "estimate<br>K", "absorption<br>factor", "σ", "solver",
+        "iterations"})
+    fmt::format_to(Out(html), "<th scope=\"col\">{}</th>", name);
+  html += "</tr></thead><tbody>\n";
+  for (std::size_t k = 0; k < log.cycles(); ++k) {
+    if (k >= kFirst && k + kLast < log.cycles()) {
+      html += "<tr class=\"gap\"><td colspan=\"13\">⋯</td></tr>\n";
+      k = log.cycles() - kLast;
+    }
+    const auto cell = [&html](double value, int digits) {
+      fmt::format_to(Out(html), "<td>{}</td>", quantity(finite(value), digits, ""));
+    };
+    fmt::format_to(Out(html), "<tr><th scope=\"row\">{:.0f}</th>", log.cycle[k]);
+    cell(1e3 * log.time_s[k], 2);
+    cell(1e3 * log.power_W[k], 3);
+    cell(1e3 * log.power_reference_W[k], 3);
+    cell(log.peak_true_K[k], 3);
+    cell(log.peak_estimate_K[k], 3);
+    cell(log.volume_true_K[k], 3);
+    cell(log.volume_measured_K[k], 3);
+    cell(log.volume_estimate_K[k], 3);
+    cell(log.absorption_estimate[k], 4);
+    cell(log.absorption_sigma[k], 4);
+    fmt::format_to(Out(html), "<td>{}</td>", escape_html(log.solver_status[k]));
+    cell(log.solver_iterations[k], 0);
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+}  // namespace photocoag::page_detail

@@ -1,0 +1,27 @@
+// Role: offline; the figures of one run. Used by report.
+// Source: the paper's closed-loop figures: peak temperature, volume temperature, control, alpha.
+// Units: K, mW, ms. Real-time promise: none. Threads: none.
+#pragma once
+
+#include <vector>
+
+#include "photocoag/report/plot.hpp"
+#include "photocoag/report/run_log.hpp"
+
+namespace photocoag {
+
+/// Part of the run and size of the drawings.
+struct RunView {
+  double from_ms = 0.0;
+  double to_ms = 0.0;
+  double width = 520.0;           ///< px of the drawing
+  double panel_height = 240.0;    ///< px
+  std::size_t max_points = 2000;  ///< per series
+};
+
+/// Four figures with one panel each, over the same time axis: peak temperature, volume temperature,
+/// laser power, absorption factor. Precondition: the log is not empty.
+std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
+                                const RunConfig& config, const RunView& view);
+
+}  // namespace photocoag

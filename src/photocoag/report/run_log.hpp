@@ -1,0 +1,73 @@
+// Role: offline; reads a run folder (config.toml, run.csv, summary.json). Used by report.
+// Source: the description of the run folder. Differences: further columns and keys are ignored.
+// Units: as in the files, in the names. Real-time promise: none. Threads: none.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace photocoag {
+
+/// The columns of run.csv, one entry per cycle. NaN: the cell was empty or "nan".
+struct RunLog {
+  std::vector<double> cycle, time_s, power_W;
+  std::vector<double> volume_true_K, volume_measured_K, volume_estimate_K;
+  std::vector<double> peak_true_K, peak_estimate_K;
+  std::vector<double> absorption_estimate, absorption_sigma;
+  std::vector<double> power_reference_W, solver_iterations;
+  std::vector<std::string> solver_status;
+
+  std::size_t cycles() const noexcept { return time_s.size(); }
+  bool empty() const noexcept { return time_s.empty(); }
+  /// Control period: the end of the first cycle. Precondition: not empty.
+  double period_s() const noexcept { return time_s.front(); }
+  /// True if the eye was simulated (at least one true peak temperature).
+  bool has_truth() const noexcept;
+  /// Sum of power times period.
+  double energy_J() const noexcept;
+};
+
+/// summary.json; empty optionals are null or absent.
+struct RunSummary {
+  std::optional<double> peak_true_max_K, peak_estimate_max_K;
+  double limit_K = 0.0;
+  std::optional<std::int64_t> limit_violations, limit_active_cycles;
+  std::optional<double> time_to_95_percent_s, rms_error_after_50_ms_K, absorption_error_final;
+  std::int64_t cycles = 0;
+  std::optional<std::int64_t> overruns, full_order_states;
+  std::optional<std::string> stopped_for;
+  std::string seed, config_sha256, version;
+
+  /// One line of the optional object "timing": {"cycle_us": {"median": 3.1, …}, …}.
+  struct Timing {
+    std::string name;
+    std::vector<std::pair<std::string, double>> values;
+  };
+  std::vector<Timing> timing;
+};
+
+/// What the report needs from config.toml, and its text.
+struct RunConfig {
+  std::string text;
+  double peak_reference_K = std::numeric_limits<double>::quiet_NaN();
+  double power_max_W = std::numeric_limits<double>::quiet_NaN();
+  double ambient_C = std::numeric_limits<double>::quiet_NaN();
+  std::optional<double> absorption_true;  ///< of the simulated eye
+};
+
+/// Parse one file's text; `where` names it in errors.
+/// Throws Error with file, line and column (of text or CSV) or key, what was found, what is
+/// accepted.
+RunLog parse_run_log(std::string_view text, const std::string& where);
+RunSummary parse_run_summary(std::string_view text, const std::string& where);
+RunConfig parse_run_config(std::string_view text, const std::string& where);
+
+/// The whole text of a file. Throws Error if it cannot be read.
+std::string read_text(const std::filesystem::path& file);
+
+}  // namespace photocoag

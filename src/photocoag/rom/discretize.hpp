@@ -1,0 +1,21 @@
+// Role: setup; sampling of a small continuous-time model. Used by rom and mor.
+// Source: docs/equations.md (E7). Units: SI.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "photocoag/core/discretization.hpp"
+
+namespace photocoag {
+
+/// x+ = transition * x + input * (B u).
+struct DiscretePair {
+  Eigen::MatrixXd transition;
+  Eigen::MatrixXd input;
+};
+
+/// Zero-order hold: e^(Ah) and int_0^h e^(As) ds, from one exponential of [[A, I], [0, 0]] h, so
+/// that a singular A is no special case. Implicit Euler: (I - hA)^-1 and h (I - hA)^-1. Allocates.
+DiscretePair discretize(const Eigen::MatrixXd& A, double period, Discretization how);
+
+}  // namespace photocoag

@@ -1,0 +1,71 @@
+#include "photocoag/rom/reduced_model.hpp"
+
+#include <algorithm>
+
+#include "photocoag/rom/discretize.hpp"
+
+namespace photocoag {
+
+double ErrorReport::peak_max() const noexcept {
+  return peak.empty() ? 0.0 : *std::max_element(peak.begin(), peak.end());
+}
+
+double ErrorReport::volume_max() const noexcept {
+  return volume.empty() ? 0.0 : *std::max_element(volume.begin(), volume.end());
+}
+
+void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) const noexcept {
+  const int n = order();
+  out.input.setZero(n);
+  out.input_slope.setZero(n);
+  out.volume.setZero(n);
+  out.volume_slope.setZero(n);
+  for (int j = 0; j < theta.terms; ++j) {
+    const ValueAndSlope t = theta.points[j].evaluate(absorption_factor);
+    for (int i = 0; i < n; ++i) {
+      out.input[i] += t.value * B_d(i, j);
+      out.input_slope[i] += t.slope * B_d(i, j);
+      out.volume[i] += t.value * C_volume(j, i);
+      out.volume_slope[i] += t.slope * C_volume(j, i);
+    }
+  }
+  if (volume_normalized) {
+    // (C / s)' = (C' - C s' / s) / s
+    const ValueAndSlope s = whole.evaluate(absorption_factor);
+    for (int i = 0; i < n; ++i) {
+      out.volume[i] /= s.value;
+      out.volume_slope[i] = (out.volume_slope[i] - out.volume[i] * s.slope) / s.value;
+    }
+  }
+}
+
+void ReducedModel::discretize(double period_s, Discretization how) {
+  period = period_s;
+  discretization = how;
+  const DiscretePair pair = photocoag::discretize(A, period_s, how);
+  A_d = pair.transition;
+  B_d = pair.input * B;
+}
+
+ReducedPlant::ReducedPlant(const ReducedModel& model, double absorption_factor)
+    : model_(model),
+      absorption_factor_(absorption_factor),
+      state_(StateVector::Zero(model.order())) {
+  model_.evaluate(absorption_factor_, matrices_);
+}
+
+void ReducedPlant::set_period(double period) {
+  if (period == model_.period) return;
+  model_.discretize(period, model_.discretization);
+  model_.evaluate(absorption_factor_, matrices_);
+}
+
+void ReducedPlant::step(double power) noexcept {
+  state_ = (model_.A_d.lazyProduct(state_) + matrices_.input * power).eval();
+}
+
+Outputs ReducedPlant::outputs() const noexcept {
+  return {.volume = matrices_.volume.dot(state_), .peak = model_.C_peak.dot(state_)};
+}
+
+}  // namespace photocoag

@@ -1,0 +1,118 @@
+// Role: the waist between offline and online; the parametric reduced model. Used by mor (makes it),
+// estimation, mpc, loop. Source: paper, eq. (redmodel); docs/equations.md (E8) to (E11).
+// Units: SI; u is the commanded power in W. Real time: evaluate() is noexcept, no allocation.
+// Threads: plain data.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "photocoag/core/discretization.hpp"
+#include "photocoag/core/outputs.hpp"
+#include "photocoag/core/types.hpp"
+#include "photocoag/tissue/absorption.hpp"
+#include "photocoag/tissue/tissue.hpp"
+
+namespace photocoag {
+
+inline constexpr int kMaxTerms = 12;  // terms of B(alpha) and C_vol(alpha)
+
+using TermVector = BoundedVector<kMaxTerms>;
+using InputTerms = BoundedMatrix<kMaxOrder, kMaxTerms>;   // column j: B_j
+using OutputTerms = BoundedMatrix<kMaxTerms, kMaxOrder>;  // row j: C_j
+
+/// B(alpha), C_vol(alpha) and their alpha-derivatives at one alpha.
+struct ParametricMatrices {
+  StateVector input;         ///< B_d(alpha), order
+  StateVector input_slope;   ///< dB_d / dalpha
+  StateVector volume;        ///< C_vol(alpha), order
+  StateVector volume_slope;  ///< dC_vol / dalpha
+};
+
+/// The coefficient functions theta_j(alpha): absorbed fractions of the DEIM cells.
+struct Theta {
+  std::array<AbsorbedFraction, kMaxTerms> points{};
+  int terms = 0;
+
+  bool operator==(const Theta&) const = default;
+};
+
+/// How well a reduced model follows the full-order model it was made from: largest error of an
+/// output over the run relative to that output's largest value in the run, per alpha and the worst
+/// of both signals.
+struct ErrorReport {
+  std::vector<double> absorption_factors;
+  std::vector<double> peak;    ///< one per alpha
+  std::vector<double> volume;  ///< one per alpha
+  double duration = 0.0;       ///< s, of each signal: constant power, random on/off power
+  std::uint64_t seed = 0;      ///< of the on/off signal
+
+  double peak_max() const noexcept;
+  double volume_max() const noexcept;
+};
+
+/// x+ = A_d x + B_d(alpha) u,  y_vol = C_vol(alpha) x,  y_peak = C_peak x.
+///
+/// Continuous time: A, B(alpha) = sum_j theta_j(alpha) B_j; C_vol(alpha) = sum_j theta_j(alpha)
+/// C_j, divided by the absorbed fraction of the tissue if the volume temperature is the normalised
+/// one.
+struct ReducedModel {
+  StateMatrix A;         ///< 1/s, order x order, all eigenvalues negative
+  InputTerms B;          ///< continuous-time B_j
+  OutputTerms C_volume;  ///< C_j
+  StateVector C_peak;    ///< as a column
+  Theta theta;
+  bool volume_normalized = false;
+  AbsorbedFraction whole;  ///< absorbed fraction of the tissue, the normalisation's denominator
+
+  double period = 0.0;  ///< s
+  Discretization discretization = Discretization::kZeroOrderHold;
+  StateMatrix A_d;  ///< discrete-time
+  InputTerms B_d;   ///< discrete-time B_j
+
+  double absorption_min = 0.3;  ///< the range of alpha in which the error was measured
+  double absorption_max = 1.7;
+  std::string method;      ///< e.g. "pod-deim"
+  std::string theta_kind;  ///< e.g. "deim"
+  Tissue tissue;
+  std::size_t full_order_states = 0;
+  ErrorReport error;
+
+  int order() const noexcept { return static_cast<int>(A.rows()); }
+  int terms() const noexcept { return theta.terms; }
+
+  /// All alpha-dependent discrete-time matrices. noexcept, no allocation.
+  void evaluate(double absorption_factor, ParametricMatrices& out) const noexcept;
+
+  /// Fills A_d and B_d from A and B for `period` and `discretization`. Allocates.
+  void discretize(double period_s, Discretization how);
+};
+
+/// The reduced model as a simulated eye, for one alpha. A Plant (loop/plant.hpp).
+class ReducedPlant {
+ public:
+  /// Uses the model's period and discretization. Keeps a copy.
+  ReducedPlant(const ReducedModel& model, double absorption_factor);
+
+  /// Changes the period, s, keeping the state. Allocates.
+  void set_period(double period);
+  /// One period of constant power, W (commanded).
+  void step(double power) noexcept;
+  Outputs outputs() const noexcept;
+
+ private:
+  ReducedModel model_;
+  double absorption_factor_;
+  ParametricMatrices matrices_;
+  StateVector state_;
+};
+
+/// What a model must satisfy before a controller may trust it. Throws Error naming the first
+/// violation: sizes, finite entries, discrete matrices that belong to the continuous ones, spectral
+/// radius below 1, peak steady gain positive and increasing in alpha, peak impulse response
+/// non-negative over the longest horizon (kMaxHorizon) on [absorption_min, absorption_max].
+void verify(const ReducedModel& model);
+
+}  // namespace photocoag

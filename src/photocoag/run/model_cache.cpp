@@ -1,0 +1,187 @@
+#include "photocoag/run/model_cache.hpp"
+
+#include <fmt/format.h>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/sha256.hpp"
+#include "photocoag/rom/file.hpp"
+
+namespace photocoag {
+namespace {
+
+// Everything a reduced model depends on, with the code version; numbers in full precision.
+std::string cache_key(const Tissue& tissue, const GridSettings& grid,
+                      const ReductionSettings& reduction, double period,
+                      Discretization discretization) {
+  std::string text =
+      fmt::format("{} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}", source_hash(),
+                  kModelFileVersion, grid.min_cells, to_string(reduction.method), reduction.order,
+                  period, to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
+                  tissue.spot_radius, tissue.transmission, tissue.density, tissue.heat_capacity,
+                  tissue.conductivity, to_string(tissue.volume_temperature), tissue.peak_layer);
+  for (const Layer& layer : tissue.layers) {
+    text += fmt::format("\n{} {:a} {:a} {}", layer.name, layer.thickness, layer.absorption,
+                        layer.scaled_by_alpha);
+  }
+  return sha256_hex(text).substr(0, 32);
+}
+
+std::optional<ReducedModel> read_cached(const std::string& path) {
+  if (path.empty() || !std::filesystem::exists(path)) return std::nullopt;
+  try {
+    return load_reduced_model(path);
+  } catch (const Error&) {
+    return std::nullopt;  // damaged: made again, and the file replaced
+  }
+}
+
+void write_cached(const std::string& path, const ReducedModel& model) {
+  if (path.empty()) return;
+  try {
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    save_reduced_model(model, path);
+  } catch (const std::exception&) {
+    // A cache that cannot be written costs half a second at the next start, nothing else.
+  }
+}
+
+// The first key of [tissue] in which a configuration and a model disagree.
+std::string first_difference(const Tissue& config, const Tissue& model) {
+  const auto differ = [](std::string_view key, double in_config, double in_model) {
+    return fmt::format("{} = {:.10g}, model with {:.10g}", key, in_config, in_model);
+  };
+  const std::pair<std::string_view, double Tissue::*> numbers[] = {
+      {"ambient_C", &Tissue::ambient_celsius},
+      {"domain_radius (m)", &Tissue::domain_radius},
+      {"spot_radius (m)", &Tissue::spot_radius},
+      {"transmission", &Tissue::transmission},
+      {"density_kg_per_m3", &Tissue::density},
+      {"heat_capacity_J_per_kgK", &Tissue::heat_capacity},
+      {"conductivity_W_per_mK", &Tissue::conductivity}};
+  for (const auto& [key, member] : numbers) {
+    if (config.*member != model.*member) return differ(key, config.*member, model.*member);
+  }
+  if (config.volume_temperature != model.volume_temperature) {
+    return fmt::format("volume_temperature = \"{}\", model with \"{}\"",
+                       to_string(config.volume_temperature), to_string(model.volume_temperature));
+  }
+  for (std::size_t i = 0; i < std::min(config.layers.size(), model.layers.size()); ++i) {
+    const Layer& mine = config.layers[i];
+    const Layer& theirs = model.layers[i];
+    if (mine.name != theirs.name) {
+      return fmt::format("layer {} named {}, model with {}", i + 1, mine.name, theirs.name);
+    }
+    if (mine.thickness != theirs.thickness) {
+      return differ(mine.name + " thickness (m)", mine.thickness, theirs.thickness);
+    }
+    if (mine.absorption != theirs.absorption) {
+      return differ(mine.name + " absorption_per_m", mine.absorption, theirs.absorption);
+    }
+  }
+  return "other layers or another peak_layer";
+}
+
+void check_fits(const ReducedModel& model, const Config& config) {
+  const std::string& file = config.model.file;
+  if (std::abs(model.period - config.control.period) > 1e-9 * config.control.period) {
+    throw Error(ErrorParts{.where = file,
+                           .key = "control.period_ms",
+                           .problem = "the model is for another control period",
+                           .found = fmt::format("{:g} ms, model for {:g} ms",
+                                                config.control.period * 1e3, model.period * 1e3),
+                           .accepted =
+                               "the model's period, or a model made with the same configuration by "
+                               "`photocoag reduce`"});
+  }
+  if (model.discretization != config.model.discretization) {
+    throw Error(ErrorParts{
+        .where = file,
+        .key = "model.discretization",
+        .problem = "the model is discretized another way",
+        .found = fmt::format("\"{}\", model with \"{}\"", to_string(config.model.discretization),
+                             to_string(model.discretization)),
+        .accepted = "the model's discretization, or a model made for this one"});
+  }
+  if (!(model.tissue == config.tissue)) {
+    throw Error(ErrorParts{
+        .where = file,
+        .key = "tissue",
+        .problem = "the model was made from another tissue than [tissue]",
+        .found = first_difference(config.tissue, model.tissue),
+        .accepted = "the [tissue] that the model was made from; an eye that differs goes into "
+                    "[plant.tissue]"});
+  }
+}
+
+}  // namespace
+
+std::string cache_folder() {
+  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != '\0') {
+    return std::string(folder) + "/photocoag";
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return std::string(home) + "/.cache/photocoag";
+  }
+  return {};
+}
+
+ModelStore::ModelStore(const Config& config, bool use_cache, Progress progress)
+    : config_(config), use_cache_(use_cache), progress_(std::move(progress)) {}
+
+std::shared_ptr<const FullOrderModel> ModelStore::model_full() {
+  if (!model_full_)
+    model_full_ = std::make_shared<const FullOrderModel>(config_.tissue, config_.grid);
+  return model_full_;
+}
+
+std::shared_ptr<const FullOrderModel> ModelStore::plant_full() {
+  if (config_.plant.tissue == config_.tissue) return model_full();
+  if (!plant_full_) {
+    plant_full_ = std::make_shared<const FullOrderModel>(config_.plant.tissue, config_.grid);
+  }
+  return plant_full_;
+}
+
+ReducedModel ModelStore::make(const Tissue& tissue, Discretization discretization,
+                              std::shared_ptr<const FullOrderModel> (ModelStore::*full)()) {
+  const std::string folder = use_cache_ ? cache_folder() : std::string();
+  const std::string path =
+      folder.empty() ? std::string()
+                     : fmt::format("{}/model-{}.json", folder,
+                                   cache_key(tissue, config_.grid, config_.model.reduction,
+                                             config_.control.period, discretization));
+  if (std::optional<ReducedModel> cached = read_cached(path)) return *std::move(cached);
+  ReducedModel model = reduce((this->*full)(), config_.model.reduction, config_.control.period,
+                              discretization, progress_);
+  write_cached(path, model);
+  return model;
+}
+
+const ReducedModel& ModelStore::reduced() {
+  if (reduced_) return *reduced_;
+  if (config_.model.file.empty()) {
+    reduced_ = std::make_unique<ReducedModel>(
+        make(config_.tissue, config_.model.discretization, &ModelStore::model_full));
+  } else {
+    reduced_ = std::make_unique<ReducedModel>(load_reduced_model(config_.model.file));
+    check_fits(*reduced_, config_);
+  }
+  return *reduced_;
+}
+
+ReducedModel ModelStore::plant_reduced() {
+  if (config_.plant.tissue == config_.tissue && config_.model.file.empty() &&
+      config_.plant.discretization == config_.model.discretization) {
+    return reduced();
+  }
+  return make(config_.plant.tissue, config_.plant.discretization, &ModelStore::plant_full);
+}
+
+}  // namespace photocoag

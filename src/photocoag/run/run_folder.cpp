@@ -1,0 +1,150 @@
+#include "photocoag/run/run_folder.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+
+namespace photocoag {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr std::string_view kHeader =
+    "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
+    "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,solver_status,"
+    "solver_iterations,peak_sigma_K,limit_active,overrun\n";
+
+// Median, 99 %, worst and first of durations in ns, in us.
+Json percentiles_us(std::vector<std::int64_t> ns) {
+  if (ns.empty()) return Json::object();
+  const double first = static_cast<double>(ns.front()) * 1e-3;
+  std::sort(ns.begin(), ns.end());
+  const auto at = [&ns](double fraction) {
+    const auto index =
+        static_cast<std::size_t>(fraction * static_cast<double>(ns.size() - 1) + 0.5);
+    return static_cast<double>(ns[index]) * 1e-3;
+  };
+  return {{"median", at(0.5)}, {"p99", at(0.99)}, {"max", at(1.0)}, {"first", first}};
+}
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+}  // namespace
+
+RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
+  RunSummaryNumbers numbers;
+  numbers.limit = config.control.peak_max;
+  double squares = 0.0;
+  std::size_t late = 0;
+  for (const CycleRecord& record : treatment.records) {
+    const double peak = record.truth.peak;
+    numbers.peak_true_max = std::max(numbers.peak_true_max, peak);
+    numbers.peak_estimate_max = std::max(numbers.peak_estimate_max, record.estimate.outputs.peak);
+    numbers.limit_violations += peak > numbers.limit ? 1 : 0;
+    numbers.limit_active_cycles += record.decision.limit_active ? 1 : 0;
+    if (!numbers.time_to_95_percent && peak >= 0.95 * config.control.peak_reference) {
+      numbers.time_to_95_percent = record.time;
+    }
+    if (record.time > 0.05) {
+      squares += (peak - config.control.peak_reference) * (peak - config.control.peak_reference);
+      ++late;
+    }
+  }
+  if (late > 0) numbers.rms_error_after_50_ms = std::sqrt(squares / static_cast<double>(late));
+  if (!treatment.records.empty()) {
+    numbers.absorption_error_final =
+        treatment.records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
+  }
+  if (treatment.outcome.stopped) numbers.stopped_for = "interrupted by the user";
+  return numbers;
+}
+
+std::string run_csv(const Treatment& treatment) {
+  std::string text(kHeader);
+  auto out = std::back_inserter(text);
+  for (const CycleRecord& r : treatment.records) {
+    const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle, r.time,
+                   r.power, r.truth.volume, measured, r.estimate.outputs.volume, r.truth.peak,
+                   r.estimate.outputs.peak, r.estimate.absorption_factor,
+                   r.estimate.absorption_sigma, r.decision.power_reference,
+                   to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
+                   r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0);
+  }
+  return text;
+}
+
+fs::path new_run_folder(std::uint64_t seed) {
+  const fs::path base = fs::path("runs") / fmt::format("{:%Y%m%d-%H%M%S}-seed{}",
+                                                       fmt::gmtime(std::time(nullptr)), seed);
+  fs::path folder = base;
+  for (int i = 2; fs::exists(folder); ++i) folder = fmt::format("{}-{}", base.string(), i);
+  return folder;
+}
+
+void check_run_folder(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return;
+  if (fs::is_directory(folder, error) && fs::is_empty(folder, error) && !error) return;
+  throw Error(ErrorParts{.where = "--out",
+                         .problem = "a run never overwrites another one",
+                         .found = folder.string() + ", which exists and is not an empty folder",
+                         .accepted = "a new or empty folder"});
+}
+
+void open_run_folder(const fs::path& folder, const Config& config) {
+  check_run_folder(folder);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw Error(ErrorParts{.where = "--out",
+                           .problem = "the folder cannot be made: " + error.message(),
+                           .found = folder.string(),
+                           .accepted = "a folder that you may write to"});
+  }
+  write_file(folder / "config.toml", to_toml(config));
+}
+
+void write_run(const fs::path& folder, const Config& config, const Treatment& treatment) {
+  write_file(folder / "run.csv", run_csv(treatment));
+  const RunSummaryNumbers numbers = summarize(config, treatment);
+  Json summary = {
+      {"notice", kResearchNotice},
+      {"peak_true_max_K", numbers.peak_true_max},
+      {"peak_estimate_max_K", numbers.peak_estimate_max},
+      {"limit_K", numbers.limit},
+      {"limit_violations", numbers.limit_violations},
+      {"limit_active_cycles", numbers.limit_active_cycles},
+      {"time_to_95_percent_s", optional_json(numbers.time_to_95_percent)},
+      {"rms_error_after_50_ms_K", optional_json(numbers.rms_error_after_50_ms)},
+      {"absorption_error_final", numbers.absorption_error_final},
+      {"cycles", treatment.outcome.cycles},
+      {"overruns", treatment.outcome.overruns},
+      {"full_order_states", treatment.full_order_states},
+      {"stopped_for", numbers.stopped_for.empty() ? Json() : Json(numbers.stopped_for)},
+      {"seed", config.run.seed},
+      {"config_sha256", config_sha256(config)},
+      {"version", version()},
+      {"source_hash", source_hash()},
+      {"loop_wall_s", treatment.wall_seconds},
+  };
+  if (!treatment.scheduling.empty()) {
+    summary["scheduling"] = treatment.scheduling;
+    summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},
+                         {"wake_late_us", percentiles_us(treatment.timing.wake_late)}};
+  }
+  write_file(folder / "summary.json", summary.dump(2) + "\n");
+}
+
+}  // namespace photocoag

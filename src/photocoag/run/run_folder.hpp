@@ -1,0 +1,46 @@
+// Role: the program; what a run leaves behind. Used by `treat` and `simulate`. Format:
+// docs/run-folder.md. Boundary: every column and key carries its unit.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/run/treatment.hpp"
+
+namespace photocoag {
+
+/// The numbers of summary.json.
+struct RunSummaryNumbers {
+  double peak_true_max = 0.0;           ///< K
+  double peak_estimate_max = 0.0;       ///< K
+  double limit = 0.0;                   ///< K
+  std::size_t limit_violations = 0;     ///< cycles whose true peak exceeds the limit
+  std::size_t limit_active_cycles = 0;  ///< cycles in whose plan the limit binds
+  std::optional<double>
+      time_to_95_percent;  ///< s, end of the first cycle with true peak >= 0.95 reference
+  std::optional<double> rms_error_after_50_ms;  ///< K, true peak against reference
+  double absorption_error_final = 0.0;          ///< estimate / truth - 1
+  std::string stopped_for;                      ///< empty: ran to its end
+};
+
+RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);
+
+/// A folder for a new run below `runs/`, named by UTC time and seed; not created yet.
+std::filesystem::path new_run_folder(std::uint64_t seed);
+
+/// Throws Error if `folder` exists and is not an empty folder. Creates nothing.
+void check_run_folder(const std::filesystem::path& folder);
+
+/// Creates the folder and writes config.toml: from then on the run has a place. Throws Error.
+void open_run_folder(const std::filesystem::path& folder, const Config& config);
+
+/// run.csv and summary.json. Throws Error.
+void write_run(const std::filesystem::path& folder, const Config& config,
+               const Treatment& treatment);
+
+/// run.csv as text: the same configuration, seed, build and machine give the same bytes.
+std::string run_csv(const Treatment& treatment);
+
+}  // namespace photocoag

@@ -1,0 +1,58 @@
+// Role: offline and online; the Lambert-Beer law of the layered tissue and its alpha-derivative.
+// Used by fom (source and volume output) and rom (DEIM points). Source: paper, section 2;
+// docs/equations.md (E2), (E3), (E5). Difference: the volume output's weight has the minus sign.
+// Units: SI. Real time: evaluate functions are noexcept and do not allocate.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "photocoag/tissue/tissue.hpp"
+
+namespace photocoag {
+
+/// A value that depends on alpha, with its derivative.
+struct ValueAndSlope {
+  double value = 0.0;
+  double slope = 0.0;  ///< d value / d alpha
+};
+
+/// Fraction of the incident power that is absorbed between two depths a < b, as a function of
+/// alpha:
+///   s(alpha) = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + alpha * scaled(z).
+struct AbsorbedFraction {
+  double fixed_front = 0.0;   ///< 1, optical depth at a from layers that do not scale
+  double scaled_front = 0.0;  ///< 1, optical depth at a per alpha
+  double fixed_back = 0.0;    ///< 1, at b
+  double scaled_back = 0.0;   ///< 1, at b
+
+  ValueAndSlope evaluate(double alpha) const noexcept {
+    const double front = std::exp(-(fixed_front + alpha * scaled_front));
+    // 1 - exp(-(tau_b - tau_a)) without cancellation in thin cells.
+    const double step =
+        -std::expm1(-((fixed_back - fixed_front) + alpha * (scaled_back - scaled_front)));
+    // d/dalpha [e^-a - e^-b] = b' e^-b - a' e^-a, with e^-b = front * (1 - step): the same care.
+    return {front * step, front * ((scaled_back - scaled_front) - scaled_back * step)};
+  }
+
+  bool operator==(const AbsorbedFraction&) const = default;
+};
+
+/// tau(z; alpha) = int_0^z mu: piecewise linear in z, affine in alpha.
+class AbsorptionLaw {
+ public:
+  /// Throws Error if the tissue is not valid.
+  explicit AbsorptionLaw(const Tissue& tissue);
+
+  /// The absorbed fraction between depths `front` <= `back`, m, both inside the tissue.
+  AbsorbedFraction between(double front, double back) const;
+  /// The absorbed fraction of the whole tissue.
+  AbsorbedFraction whole() const { return between(0.0, depths_.back()); }
+
+ private:
+  std::vector<double> depths_;  // m, layer boundaries
+  std::vector<double> fixed_;   // optical depth at the boundaries
+  std::vector<double> scaled_;
+};
+
+}  // namespace photocoag

@@ -1,0 +1,76 @@
+// The files in configs/ and the configuration printed in the documentation.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "photocoag/config/config.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSource = PHOTOCOAG_SOURCE_DIR;
+
+std::string content(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+Config shipped(std::string_view name) {
+  return load_config((kSource / "configs" / name).string(), {});
+}
+
+TEST(Shipped, EveryFileLoads) {
+  int count = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kSource / "configs")) {
+    if (entry.path().extension() != ".toml") continue;
+    EXPECT_NO_THROW(load_config(entry.path().string(), {})) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 5);
+}
+
+TEST(Shipped, PaperAt1kHz) {
+  const Config config = shipped("paper-1khz.toml");
+  EXPECT_EQ(config.control.period, 1e-3);
+  EXPECT_EQ(config.control.horizon, 2);
+  EXPECT_EQ(config.control.state_weight, StateWeight::kConstant);
+  EXPECT_EQ(config.control.power_weight, 0.0);
+  EXPECT_EQ(config.control.power_change_weight, 0.0);
+  EXPECT_EQ(config.cycles(), 250U);
+}
+
+TEST(Shipped, PaperAt250Hz) {
+  struct Case {
+    const char* file;
+    StateWeight state_weight;
+    double power_weight;
+    double power_change_weight;
+  };
+  for (const Case& c : {Case{"paper-250hz-a.toml", StateWeight::kConstant, 5e4, 0.0},
+                        Case{"paper-250hz-b.toml", StateWeight::kDelayed, 5e1, 0.0},
+                        Case{"paper-250hz-c.toml", StateWeight::kConstant, 0.0, 5e4},
+                        Case{"paper-250hz-d.toml", StateWeight::kDelayed, 0.0, 5e1}}) {
+    Config expected;
+    expected.control.period = 4e-3;
+    expected.control.horizon = 5;
+    expected.control.state_weight = c.state_weight;
+    expected.control.power_weight = c.power_weight;
+    expected.control.power_change_weight = c.power_change_weight;
+    expected.run.duration = 0.4;
+    EXPECT_EQ(shipped(c.file), expected) << c.file;
+  }
+}
+
+TEST(Shipped, DocumentationShowsTheDefaults) {
+  const std::string document = content(kSource / "docs" / "configuration.md");
+  EXPECT_NE(document.find("```toml\n" + to_toml(Config{}) + "```\n"), std::string::npos)
+      << "put the output of `photocoag config` into docs/configuration.md";
+}
+
+}  // namespace
+}  // namespace photocoag

@@ -1,0 +1,102 @@
+// The one exception type: its message has every part that there is, and no separators for those that are not.
+#include "photocoag/core/error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "photocoag/core/check.hpp"
+#include "support/thrown.hpp"
+
+namespace photocoag {
+namespace {
+
+using testing::message_of;
+using testing::thrown_by;
+
+TEST(Error, NamesEverythingThatIsKnown) {
+  const Error error(ErrorParts{.where = "a.toml:3",
+                               .key = "control.period_ms",
+                               .problem = "not usable",
+                               .found = "-1",
+                               .accepted = "above 0"});
+  EXPECT_STREQ(error.what(), "a.toml:3: control.period_ms: not usable; found -1; accepted: above 0");
+}
+
+TEST(Error, NeedsNoProblemWhenFoundAndAcceptedSayItAll) {
+  const Error error(ErrorParts{.key = "k", .found = "x", .accepted = "y"});
+  EXPECT_STREQ(error.what(), "k: found x; accepted: y");
+}
+
+// Every subset of the parts: each given part appears once, in order, and no separator is left over.
+TEST(Error, HasNoStraySeparatorForAnySubsetOfParts) {
+  const std::string names[5] = {"WHERE", "KEY", "PROBLEM", "FOUND", "ACCEPTED"};
+  for (unsigned subset = 1; subset < 32; ++subset) {
+    const auto part = [&](unsigned i) { return (subset >> i & 1U) != 0 ? names[i] : std::string(); };
+    const std::string text = Error(ErrorParts{.where = part(0),
+                                              .key = part(1),
+                                              .problem = part(2),
+                                              .found = part(3),
+                                              .accepted = part(4)})
+                                 .what();
+    std::size_t last = 0;
+    for (unsigned i = 0; i < 5; ++i) {
+      const std::size_t at = text.find(names[i]);
+      ASSERT_EQ(at != std::string::npos, (subset >> i & 1U) != 0) << text;
+      if (at == std::string::npos) continue;
+      EXPECT_GE(at, last) << text;
+      last = at;
+      EXPECT_EQ(text.find(names[i], at + 1), std::string::npos) << text;
+    }
+    EXPECT_NE(text.front(), ':') << text;
+    EXPECT_NE(text.front(), ';') << text;
+    EXPECT_NE(text.front(), ' ') << text;
+    EXPECT_TRUE(std::isupper(static_cast<unsigned char>(text.back()))) << text;
+  }
+}
+
+TEST(Error, AtAddsThePlaceButKeepsTheFirstOne) {
+  const Error bare(ErrorParts{.key = "k", .problem = "p"});
+  EXPECT_STREQ(bare.at("f.json").what(), "f.json: k: p");
+  EXPECT_STREQ(bare.at("f.json").at("g.json").what(), "f.json: k: p");
+  EXPECT_EQ(bare.at("f.json").parts().where, "f.json");
+  EXPECT_EQ(bare.parts().where, "");
+}
+
+TEST(Check, RequireThrowsOnlyIfNotOk) {
+  EXPECT_NO_THROW(require(true, "k", 1.0, "anything"));
+  const ErrorParts parts = thrown_by([] { require(false, "k", 0.25, "at least 1 mm"); });
+  EXPECT_EQ(parts.key, "k");
+  EXPECT_EQ(parts.found, "0.25");
+  EXPECT_EQ(parts.accepted, "at least 1 mm");
+}
+
+TEST(Check, BetweenIncludesItsEndsAndRefusesWhatIsNotFinite) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_NO_THROW(require_between(-1.0, -1.0, 2.0, "k"));
+  EXPECT_NO_THROW(require_between(2.0, -1.0, 2.0, "k"));
+  for (const double bad : {std::nextafter(-1.0, -2.0), std::nextafter(2.0, 3.0), kInfinity, -kInfinity,
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    const std::string message = message_of([bad] { require_between(bad, -1.0, 2.0, "some.key"); });
+    EXPECT_NE(message.find("some.key"), std::string::npos) << bad;
+    EXPECT_NE(message.find("from -1 to 2"), std::string::npos) << bad;
+  }
+  // An infinite bound must not let an infinite value through.
+  EXPECT_THROW(require_between(kInfinity, 0.0, kInfinity, "k"), Error);
+}
+
+TEST(Check, PositiveExcludesZero) {
+  EXPECT_NO_THROW(require_positive(std::numeric_limits<double>::denorm_min(), 1.0, "k"));
+  EXPECT_NO_THROW(require_positive(1.0, 1.0, "k"));
+  for (const double bad : {0.0, -0.0, -1.0, 1.0000001, std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_NE(message_of([bad] { require_positive(bad, 1.0, "some.key"); }).find("above 0, at most 1"),
+              std::string::npos)
+        << bad;
+  }
+}
+
+}  // namespace
+}  // namespace photocoag

@@ -1,0 +1,33 @@
+// Role: tests; counts what the calling thread asks of the heap, in the build that ships.
+// Method: the test program defines malloc and its relatives and every form of operator new and
+// delete itself and forwards to glibc, so that calls from inside shared libraries count as well.
+// Under the address and thread sanitizers, which bring their own malloc, only operator new and
+// delete are counted.
+// Use: compile heap_guard.cpp into the test program.
+#pragma once
+
+namespace photocoag::test {
+
+struct HeapUse {
+  long allocations = 0;  ///< malloc, calloc, realloc, aligned forms, operator new
+  long frees = 0;        ///< free and operator delete of something, not of nullptr
+
+  bool operator==(const HeapUse&) const = default;
+};
+
+/// False where malloc cannot be replaced (sanitizers, other C libraries): operator new only.
+bool heap_guard_sees_malloc() noexcept;
+
+/// Counts on the constructing thread for as long as it lives. One at a time per thread.
+class HeapGuard {
+ public:
+  HeapGuard() noexcept;
+  ~HeapGuard();
+  HeapGuard(const HeapGuard&) = delete;
+  HeapGuard& operator=(const HeapGuard&) = delete;
+
+  /// Since construction. Read it before any assertion: GoogleTest allocates.
+  HeapUse use() const noexcept;
+};
+
+}  // namespace photocoag::test
