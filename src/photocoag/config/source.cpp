@@ -9,11 +9,13 @@
 // Last, and nowhere else: it is a large header.
 #include <toml++/toml.h>
 
-#include "photocoag/config/file_text.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
 
 namespace photocoag {
 namespace {
+
+constexpr std::size_t kMostBytes = 1'000'000;
 
 constexpr int kDeepest = 8;  // deeper than any key we know: what lies below is unknown anyway
 constexpr std::ptrdiff_t kMostDots = 64;
@@ -200,7 +202,8 @@ std::string_view kind_name(Value::Kind kind) noexcept {
 }
 
 Value read_toml_file(const std::string& file) {
-  const std::string content = read_configuration_file(file);
+  std::string content = read_file(file, kMostBytes, "TOML file");
+  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // byte order mark
   return parse(content, file, true);
 }
 

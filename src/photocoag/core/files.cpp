@@ -1,8 +1,11 @@
 #include "photocoag/core/files.hpp"
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <fmt/format.h>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -12,32 +15,60 @@
 namespace photocoag {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, std::string problem, std::string accepted = {}) {
-  throw Error(
-      ErrorParts{.where = path, .problem = std::move(problem), .accepted = std::move(accepted)});
+// Open for reading without waiting: opening a pipe that nobody writes to would otherwise hang.
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& file)
+      : number_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number() const noexcept { return number_; }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail_to_write(const std::string& path, const std::string& temporary,
+                                std::string_view why) {
+  std::error_code ignored;
+  std::filesystem::remove(temporary, ignored);
+  throw Error(ErrorParts{.where = path, .problem = fmt::format("cannot be written: {}", why)});
 }
 
 }  // namespace
 
-std::string read_file(const std::string& path, std::size_t max_bytes) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (error || !std::filesystem::exists(status)) {
-    fail(path, error ? "cannot be read: " + error.message() : "no such file");
+std::string read_file(const std::string& file, std::size_t max_bytes, std::string_view kind) {
+  const auto refuse = [&](std::string problem) {
+    throw Error(ErrorParts{
+        .where = std::string(file.c_str()),  // up to a zero byte
+        .problem = std::move(problem),
+        .accepted = fmt::format("a regular {} of at most {} MB", kind, static_cast<double>(max_bytes) * 1e-6)});
+  };
+  const auto refuse_errno = [&] {
+    refuse("cannot be read: " + std::generic_category().message(errno));
+  };
+  if (file.find('\0') != std::string::npos) refuse("a zero byte in the name");
+  const Descriptor descriptor(file);
+  if (descriptor.number() < 0) refuse_errno();
+  struct stat status {};
+  if (::fstat(descriptor.number(), &status) != 0) refuse_errno();
+  if (S_ISDIR(status.st_mode)) refuse("a directory");
+  if (!S_ISREG(status.st_mode)) refuse("not a regular file");
+  std::string content;
+  std::size_t size = 0;
+  while (size <= max_bytes) {
+    content.resize(size + 65536);
+    const ::ssize_t count = ::read(descriptor.number(), content.data() + size, content.size() - size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) refuse_errno();
+    if (count == 0) break;
+    size += static_cast<std::size_t>(count);
   }
-  // A pipe or a device could block or never end.
-  if (!std::filesystem::is_regular_file(status)) fail(path, "not a regular file");
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) fail(path, "cannot be read: " + error.message());
-  if (size > max_bytes) {
-    fail(path, fmt::format("too large: {} bytes", size),
-         fmt::format("at most {} bytes", max_bytes));
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::string content(size, '\0');
-  if (!stream || !stream.read(content.data(), static_cast<std::streamsize>(size))) {
-    fail(path, "cannot be read");
-  }
+  if (size > max_bytes) refuse(fmt::format("larger than {} MB", static_cast<double>(max_bytes) * 1e-6));
+  content.resize(size);
   return content;
 }
 
@@ -47,19 +78,11 @@ void write_file(const std::string& path, std::string_view content) {
     std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
     stream.write(content.data(), static_cast<std::streamsize>(content.size()));
     stream.flush();
-    if (!stream) {
-      std::error_code ignored;
-      std::filesystem::remove(temporary, ignored);
-      fail(path, "cannot be written: does the folder exist, and is there room?");
-    }
+    if (!stream) fail_to_write(path, temporary, "does the folder exist, and is there room?");
   }
   std::error_code error;
   std::filesystem::rename(temporary, path, error);
-  if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    fail(path, "cannot be written: " + error.message());
-  }
+  if (error) fail_to_write(path, temporary, error.message());
 }
 
 }  // namespace photocoag

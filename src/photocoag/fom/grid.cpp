@@ -14,9 +14,30 @@ struct CellSize {
   double near_low;  // the place of interest: [near_low, near_high]
   double near_high;
 
-  double at(double x) const {
-    const double distance = std::max({0.0, near_low - x, x - near_high});
-    return std::min(coarsest, finest + growth * distance);
+  // Distance at which the size reaches coarsest.
+  double knee() const { return (coarsest - finest) / growth; }
+
+  // Cells from the place of interest to distance d: the integral of 1 / size, in closed form because
+  // samples of it would miss the finest cells of a large domain.
+  double cells_within(double d) const {
+    return std::log1p(growth * std::min(d, knee()) / finest) / growth +
+           std::max(0.0, d - knee()) / coarsest;
+  }
+  double distance_of(double cells) const {
+    const double graded = cells_within(knee());
+    return cells < graded ? finest * std::expm1(growth * cells) / growth
+                          : knee() + (cells - graded) * coarsest;
+  }
+
+  // The same along the axis, counted from near_low.
+  double count_at(double x) const {
+    if (x < near_low) return -cells_within(near_low - x);
+    return (std::min(x, near_high) - near_low) / finest + cells_within(std::max(0.0, x - near_high));
+  }
+  double at_count(double cells) const {
+    const double near = (near_high - near_low) / finest;
+    if (cells < 0.0) return near_low - distance_of(-cells);
+    return cells <= near ? near_low + cells * finest : near_high + distance_of(cells - near);
   }
 };
 
@@ -24,20 +45,11 @@ struct CellSize {
 // placed so that each holds the same share of the integral of 1 / size.
 void append_faces(std::vector<double>& faces, double from, double to, const CellSize& size,
                   double density) {
-  constexpr int kSamples = 2000;
-  std::vector<double> cumulated(kSamples + 1, 0.0);
-  const double step = (to - from) / kSamples;
-  for (int i = 0; i < kSamples; ++i) {
-    cumulated[i + 1] = cumulated[i] + step / size.at(from + (i + 0.5) * step);
-  }
-  const int cells = std::max(2, static_cast<int>(std::ceil(cumulated.back() * density)));
-  int sample = 0;
+  const double first = size.count_at(from);
+  const double last = size.count_at(to);
+  const int cells = std::max(2, static_cast<int>(std::ceil((last - first) * density)));
   for (int cell = 1; cell < cells; ++cell) {
-    const double target = cumulated.back() * cell / cells;
-    while (cumulated[sample + 1] < target) ++sample;
-    const double fraction =
-        (target - cumulated[sample]) / (cumulated[sample + 1] - cumulated[sample]);
-    faces.push_back(from + (sample + fraction) * step);
+    faces.push_back(size.at_count(first + (last - first) * cell / cells));
   }
   faces.push_back(to);
 }

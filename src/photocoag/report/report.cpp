@@ -5,12 +5,15 @@
 #include <fstream>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
 #include "photocoag/report/page.hpp"
 #include "photocoag/report/run_figures.hpp"
 #include "photocoag/report/run_log.hpp"
 
 namespace photocoag {
 namespace {
+
+constexpr std::size_t kMostBytes = 500'000'000;  // of a file of a run folder
 
 constexpr double kZoomMs = 20.0;      // the heating phase
 constexpr double kZoomFromMs = 40.0;  // runs longer than this get a zoom
@@ -59,33 +62,19 @@ std::vector<FigureColumn> draw_columns(const RunLog& log, const RunSummary& summ
   return columns;
 }
 
-void replace_file(const std::filesystem::path& file, const std::string& text) {
-  std::filesystem::path draft = file;
-  draft += ".part";
-  std::ofstream out(draft, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  std::error_code problem;
-  if (out) std::filesystem::rename(draft, file, problem);
-  if (!out || problem)
-    throw Error({.where = file.string(),
-                 .problem = "cannot be written",
-                 .accepted = "a folder that may be written to, with free space"});
-}
-
 }  // namespace
 
 void write_report(const std::filesystem::path& run_folder, const PlotOptions& options) {
   const auto name = [&run_folder](const char* file) { return (run_folder / file).string(); };
-  const RunConfig config = parse_run_config(read_text(name("config.toml")), name("config.toml"));
-  const RunLog log = parse_run_log(read_text(name("run.csv")), name("run.csv"));
+  const RunConfig config = parse_run_config(read_file(name("config.toml"), kMostBytes), name("config.toml"));
+  const RunLog log = parse_run_log(read_file(name("run.csv"), kMostBytes), name("run.csv"));
   const RunSummary summary =
-      parse_run_summary(read_text(name("summary.json")), name("summary.json"));
+      parse_run_summary(read_file(name("summary.json"), kMostBytes), name("summary.json"));
 
   std::string folder = run_folder.lexically_normal().string();
   while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
   const auto columns = draw_columns(log, summary, config, options);
-  replace_file(name("report.html"), report_page(log, summary, config, columns, folder));
+  write_file(name("report.html"), report_page(log, summary, config, columns, folder));
 }
 
 }  // namespace photocoag

@@ -149,14 +149,4 @@ RunLog parse_run_log(std::string_view text, const std::string& where) {
   return log;
 }
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf() || in.peek() == std::ifstream::traits_type::eof()))
-    throw Error({.where = file.string(),
-                 .problem = "cannot be read",
-                 .accepted = "a run folder with config.toml, run.csv and summary.json"});
-  return text.str();
-}
-
 }  // namespace photocoag

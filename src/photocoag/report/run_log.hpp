@@ -67,7 +67,4 @@ RunLog parse_run_log(std::string_view text, const std::string& where);
 RunSummary parse_run_summary(std::string_view text, const std::string& where);
 RunConfig parse_run_config(std::string_view text, const std::string& where);
 
-/// The whole text of a file. Throws Error if it cannot be read.
-std::string read_text(const std::filesystem::path& file);
-
 }  // namespace photocoag

@@ -170,7 +170,13 @@ const ReducedModel& ModelStore::reduced() {
     reduced_ = std::make_unique<ReducedModel>(
         make(config_.tissue, config_.model.discretization, &ModelStore::model_full));
   } else {
-    reduced_ = std::make_unique<ReducedModel>(load_reduced_model(config_.model.file));
+    try {
+      reduced_ = std::make_unique<ReducedModel>(load_reduced_model(config_.model.file));
+    } catch (const Error& error) {
+      ErrorParts parts = error.parts();
+      parts.key = parts.key.empty() ? "model.file" : "model.file: " + parts.key;
+      throw Error(std::move(parts));
+    }
     check_fits(*reduced_, config_);
   }
   return *reduced_;
