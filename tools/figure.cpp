@@ -1,8 +1,9 @@
-// Role: tool; the four panels of a run folder as one SVG file with its own colours (light and dark).
-// Made with it: docs/figures/treatment.svg (the commands are in CONTRIBUTING.md, "The README's
-// figure"). Uses the same drawing as report.html. Units: as there.
+// Role: tool; the four panels of a run folder as one SVG file with its own colours (light and
+// dark). Made with it: docs/figures/treatment.svg (the commands are in CONTRIBUTING.md, "The
+// README's figure"). Uses the same drawing as report.html. Units: as there.
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -21,12 +22,15 @@ namespace {
 
 using namespace photocoag;
 
+constexpr std::size_t kMaxBytes = 100'000'000;
+
 std::string draw(const std::filesystem::path& folder, double to_ms) {
   const auto name = [&folder](const char* file) { return (folder / file).string(); };
-  const RunConfig config = parse_run_config(read_text(name("config.toml")), name("config.toml"));
-  const RunLog log = parse_run_log(read_text(name("run.csv")), name("run.csv"));
+  const RunConfig config =
+      parse_run_config(read_file(name("config.toml"), kMaxBytes), name("config.toml"));
+  const RunLog log = parse_run_log(read_file(name("run.csv"), kMaxBytes), name("run.csv"));
   const RunSummary summary =
-      parse_run_summary(read_text(name("summary.json")), name("summary.json"));
+      parse_run_summary(read_file(name("summary.json"), kMaxBytes), name("summary.json"));
   if (log.empty()) throw Error(ErrorParts{.where = name("run.csv"), .problem = "no cycles"});
 
   std::vector<Figure> parts =
@@ -36,7 +40,7 @@ std::string draw(const std::filesystem::path& folder, double to_ms) {
     figure.description += " " + parts[i].description;
     figure.panels.push_back(std::move(parts[i].panels.front()));
   }
-  figure.panel_height = 175.0;
+  figure.panel_height = 185.0;
   return render_figures({&figure, 1}, SvgKind::kStandAlone).front();
 }
 
@@ -51,8 +55,8 @@ int main(int argc, char** argv) {
     char* end = nullptr;
     const double to_ms = std::strtod(argv[2], &end);
     if (end == argv[2] || *end != '\0' || !(to_ms > 0.0)) {
-      throw Error(ErrorParts{
-          .where = "TO_MS", .found = argv[2], .accepted = "a time in ms above 0"});
+      throw Error(
+          ErrorParts{.where = "TO_MS", .found = argv[2], .accepted = "a time in ms above 0"});
     }
     write_file(argv[3], draw(argv[1], to_ms));
   } catch (const std::exception& error) {

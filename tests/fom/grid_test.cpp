@@ -55,7 +55,9 @@ TEST(Grid, MeetsItsPromisesForManyTissuesAndSizes) {
         EXPECT_LE(largest_ratio(grid.radial), 1.06);
         EXPECT_LE(largest_ratio(grid.axial), 1.25);
       }
-      if (wanted >= 1000000) EXPECT_LE(largest_ratio(grid.axial), 1.05);
+      if (wanted >= 1000000) {
+        EXPECT_LE(largest_ratio(grid.axial), 1.05);
+      }
     }
   }
 }

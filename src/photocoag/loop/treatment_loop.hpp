@@ -55,6 +55,7 @@ template <Plant P, Pace C>
 LoopOutcome run_loop(Controller& controller, SimulatedEye<P>& eye, C& pace, double period,
                      std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
   LoopOutcome outcome;
+  if (records.empty()) return outcome;  // nothing would ever switch the laser off again
   Decision decision = controller.decide();
   eye.write(decision.power);
   while (outcome.cycles < records.size()) {
@@ -80,7 +81,8 @@ LoopOutcome run_loop(Controller& controller, SimulatedEye<P>& eye, C& pace, doub
       pace.done(outcome.cycles - 1);
       return outcome;
     }
-    outcome.stopped = tick.stop;
+    // With the records full the treatment is over by itself.
+    outcome.stopped = tick.stop && outcome.cycles < records.size();
     if (outcome.stopped || outcome.cycles == records.size()) {
       decision = {.status =
                       MpcStatus::kStopped};  // 0 W, and one more period to see it in the record

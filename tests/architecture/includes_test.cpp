@@ -1,0 +1,79 @@
+// Includes go one way: each folder of src/photocoag may include only the folders listed for it. The libraries that
+// run next to the laser (online, rt) must not know the offline ones.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, std::set<std::string>> kAllowed = {
+    {"core", {}},
+    {"tissue", {"core"}},
+    {"rom", {"core", "tissue"}},
+    {"fom", {"core", "tissue"}},
+    {"mor", {"core", "tissue", "rom", "fom"}},
+    {"estimation", {"core", "rom"}},
+    {"qp", {"core"}},
+    {"mpc", {"core", "rom", "qp"}},
+    {"loop", {"core", "rom", "estimation", "mpc", "qp"}},
+    {"rt", {"core", "loop"}},
+    {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc"}},
+    {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config"}},
+    {"report", {"core"}},
+};
+
+TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
+  const std::regex include("^\\s*#include \"([^\"]+)\"");
+  std::set<std::string> seen;
+  const fs::path root = fs::path(PHOTOCOAG_SOURCE_DIR) / "src" / "photocoag";
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string folder = fs::relative(entry.path(), root).begin()->string();
+    seen.insert(folder);
+    ASSERT_TRUE(kAllowed.contains(folder)) << folder << " has no row in the table";
+    std::ifstream file(entry.path());
+    std::string line;
+    std::smatch match;
+    while (std::getline(file, line)) {
+      if (!std::regex_search(line, match, include)) continue;
+      const std::string path = match[1];
+      ASSERT_EQ(path.rfind("photocoag/", 0), 0U) << entry.path() << ": " << path;
+      const std::string target = path.substr(10, path.find('/', 10) - 10);
+      EXPECT_TRUE(target == folder || kAllowed.at(folder).contains(target))
+          << entry.path() << " must not include " << path;
+    }
+  }
+  for (const auto& [folder, allowed] : kAllowed) EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
+}
+
+TEST(Includes, TheTableHasNoCycle) {
+  // Remove folders whose includes are all removed; what remains is a cycle.
+  std::set<std::string> done;
+  for (std::size_t round = 0; round < kAllowed.size(); ++round) {
+    for (const auto& [folder, allowed] : kAllowed) {
+      bool ready = true;
+      for (const std::string& target : allowed) ready = ready && done.contains(target);
+      if (ready) done.insert(folder);
+    }
+  }
+  EXPECT_EQ(done.size(), kAllowed.size());
+}
+
+TEST(Includes, OnlineKnowsNoOfflineFolder) {
+  for (const std::string online : {"core", "tissue", "rom", "estimation", "qp", "mpc", "loop", "rt"}) {
+    for (const std::string offline : {"fom", "mor", "config", "run", "report"}) {
+      EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace photocoag

@@ -1,0 +1,135 @@
+// How well reduced models follow the full-order model, and that the check is honest.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <regex>
+#include <sstream>
+
+#include "photocoag/mor/reduce.hpp"
+#include "support/tissues.hpp"
+
+namespace photocoag {
+namespace {
+
+std::shared_ptr<const FullOrderModel> model_of(const Tissue& tissue, std::size_t cells) {
+  return std::make_shared<const FullOrderModel>(tissue, GridSettings{.min_cells = cells});
+}
+
+// The promise of the project: order 6, the paper's tissue on the default grid, both control periods.
+TEST(Accuracy, OnePercentForTheDefaultTissue) {
+  const auto full = std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{});
+  ASSERT_GE(full->states(), 80000U);
+  for (const double period : {1e-3, 4e-3}) {
+    const ReducedModel model = reduce(full, {}, period, Discretization::kZeroOrderHold);
+    const ErrorReport& error = model.error;
+    ASSERT_EQ(error.absorption_factors.size(), 29U);
+    EXPECT_DOUBLE_EQ(error.absorption_factors.front(), 0.3);
+    EXPECT_DOUBLE_EQ(error.absorption_factors.back(), 1.7);
+    EXPECT_EQ(error.duration, 0.4);
+    EXPECT_LE(error.peak_max(), 0.01);
+    EXPECT_LE(error.volume_max(), 0.01);
+    EXPECT_GT(error.peak_max(), 1e-4) << "too good to be a measurement";
+    std::printf("period %g: %.4f %% %.4f %%\n", period, 100*error.peak_max(), 100*error.volume_max());
+    // Other random signals than the stored one, shorter and longer dwell times.
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      for (const double dwell : {4e-3, 10e-3, 40e-3}) {
+        const ErrorReport other =
+            measure_error(model, full, {.mean_dwell = dwell, .seed = seed});
+        EXPECT_LE(other.peak_max(), 0.01) << seed << ' ' << dwell;
+        EXPECT_LE(other.volume_max(), 0.01) << seed << ' ' << dwell;
+        std::printf("  seed %d dwell %g: %.4f %% %.4f %%\n", int(seed), dwell, 100*other.peak_max(), 100*other.volume_max());
+      }
+    }
+  }
+}
+
+// The alphas the basis was trained on, read from the source, must not be among those it is judged by.
+TEST(Accuracy, CheckIsDisjointFromTraining) {
+  std::ifstream stream(std::string(PHOTOCOAG_SOURCE_DIR) + "/src/photocoag/mor/pod.cpp");
+  std::stringstream source;
+  source << stream.rdbuf();
+  const std::string text = source.str();
+  const std::size_t start = text.find("kTraining{{");
+  ASSERT_NE(start, std::string::npos);
+  const std::string line = text.substr(start, text.find(';', start) - start);
+  const std::regex number(R"(\{([0-9.]+),)");
+  std::vector<double> trained;
+  for (std::sregex_iterator match(line.begin(), line.end(), number); match != std::sregex_iterator(); ++match) {
+    trained.push_back(std::stod((*match)[1]));
+  }
+  ASSERT_EQ(trained.size(), 3U) << line;
+  const auto full = model_of(Tissue{}, 1000);
+  const ReducedModel model = reduce(full, {}, 4e-3, Discretization::kZeroOrderHold);
+  for (const double checked : model.error.absorption_factors) {
+    for (const double alpha : trained) EXPECT_GT(std::abs(checked - alpha), 1e-3);
+  }
+}
+
+TEST(Accuracy, ErrorShrinksWithTheOrder) {
+  const auto full = model_of(Tissue{}, 20000);
+  double last = 1.0;
+  for (const int order : {2, 4, 6, 8, 10}) {
+    const ErrorReport error =
+        reduce(full, {.order = order}, 1e-3, Discretization::kZeroOrderHold).error;
+    const double worst = std::max(error.peak_max(), error.volume_max());
+    EXPECT_LT(worst, 0.7 * last) << order;
+    last = worst;
+    std::printf("order %d: %.5f\n", order, worst);
+  }
+}
+
+TEST(Accuracy, SmallestAndLargestOrderWork) {
+  const auto full = model_of(Tissue{}, 5000);
+  const ErrorReport smallest = reduce(full, {.order = 1}, 1e-3, Discretization::kZeroOrderHold).error;
+  const ErrorReport largest = reduce(full, {.order = 14}, 1e-3, Discretization::kZeroOrderHold).error;
+    std::printf("1: %g %g 14: %g %g\n", smallest.peak_max(), smallest.volume_max(), largest.peak_max(), largest.volume_max());
+  EXPECT_LT(smallest.peak_max(), 1.0);
+  EXPECT_LT(largest.peak_max(), 1e-3);
+  EXPECT_LT(largest.volume_max(), 1e-3);
+}
+
+// The hyperparameters were tailored to the paper's tissue; other cases must work, at a looser bound.
+TEST(Accuracy, OtherTissuesOutputsAndDiscretizationsWork) {
+  struct Case {
+    const char* name;
+    Tissue tissue;
+    Discretization how;
+    double period;
+  };
+  const auto hold = Discretization::kZeroOrderHold;
+  const auto euler = Discretization::kImplicitEuler;
+  for (const Case& c : {Case{"literature choroid", testing::literature_choroid(), hold, 1e-3},
+                        Case{"literature choroid", testing::literature_choroid(), hold, 4e-3},
+                        Case{"normalized", testing::normalized(Tissue{}), hold, 1e-3},
+                        Case{"implicit Euler", Tissue{}, euler, 1e-3},
+                        Case{"implicit Euler", Tissue{}, euler, 4e-3},
+                        Case{"vitreous", testing::with_vitreous(), hold, 1e-3},
+                        Case{"10 kHz", Tissue{}, hold, 0.1e-3}}) {
+    SCOPED_TRACE(c.name);
+    const auto full = model_of(c.tissue, 20000);
+    const ReducedModel model = reduce(full, {}, c.period, c.how);
+    EXPECT_EQ(model.discretization, c.how);
+    EXPECT_EQ(model.period, c.period);
+    EXPECT_LT(model.error.peak_max(), 0.02);
+    EXPECT_LT(model.error.volume_max(), 0.02);
+    std::printf("%s %g: %.5f %.5f\n", c.name, c.period, model.error.peak_max(), model.error.volume_max());
+  }
+}
+
+// The measurement itself: the model compared with what it was projected from at full rank is its own error, and
+// a model that is 5 % wrong is reported as 5 % wrong.
+TEST(Accuracy, MeasurementSeesAPlantedError) {
+  const auto full = model_of(Tissue{}, 5000);
+  ReducedModel model = reduce(full, {.order = 14}, 1e-3, Discretization::kZeroOrderHold);
+  const ErrorReport before = model.error;
+  model.C_peak *= 1.05;
+  const ErrorReport after = measure_error(model, full);
+  EXPECT_NEAR(after.peak_max(), 0.05, 2e-3);
+  EXPECT_EQ(after.volume, before.volume);
+}
+
+}  // namespace
+}  // namespace photocoag
