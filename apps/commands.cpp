@@ -60,6 +60,18 @@ void print_error_report(const ReducedModel& model) {
       100.0 * model.error.volume_max(), model.absorption_min, model.absorption_max);
 }
 
+void print_certificate(const ReducedModel& model) {
+  if (!model.certificate) return;
+  const ErrorCertificate& certificate = *model.certificate;
+  fmt::print(
+      stderr,
+      "proved    cold start, any power from 0 to u_max: within {:.2f} % (peak) and {:.2f} % "
+      "(volume) of what u_max reaches in the end; in the first {:g} ms {:.2f} % and {:.2f} %\n",
+      100.0 * certificate.peak.relative_max(), 100.0 * certificate.volume.relative_max(),
+      certificate.treatment_duration * 1e3, 100.0 * certificate.peak.treatment_relative_max(),
+      100.0 * certificate.volume.treatment_relative_max());
+}
+
 void print_outcome(const Config& config, const Treatment& treatment, const fs::path& folder) {
   const RunSummaryNumbers numbers = summarize(config, treatment);
   if (!numbers.stopped_for.empty()) {
@@ -173,6 +185,12 @@ int response(const ResponseOptions& options) {
 }
 
 int reduce_command(const ReduceOptions& options) {
+  if (options.compare) return compare_command(options);
+  if (options.out.empty()) {
+    throw Error(ErrorParts{.where = "--out",
+                           .problem = "missing",
+                           .accepted = "a model file to write, or - for standard output"});
+  }
   std::vector<std::string> overrides = options.set;
   if (!options.method.empty()) overrides.push_back("model.method=" + options.method);
   if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
@@ -186,6 +204,7 @@ int reduce_command(const ReduceOptions& options) {
   fmt::print(stderr, "full      {} states ({} radial x {} axial cells)\n", full->states(),
              full->grid().radial.cells(), full->grid().axial.cells());
   print_error_report(model);
+  print_certificate(model);
   fmt::print(
       stderr,
       "alpha     peak error %  volume error %   (constant and random on/off power, {:g} ms)\n",

@@ -29,7 +29,8 @@ struct ResponseOptions : CommonOptions {
 };
 
 struct ReduceOptions : CommonOptions {
-  std::string out;
+  std::string out;  ///< model file; with compare: a folder or a .csv file, may be empty
+  bool compare = false;
   std::string method;
   std::string order;
 };
@@ -43,6 +44,7 @@ int treat(const RunOptions& options);
 int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
+int compare_command(const ReduceOptions& options);
 int print_config(const CommonOptions& options);
 int bench(const BenchOptions& options);
 

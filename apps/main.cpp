@@ -118,14 +118,21 @@ int run_command(int argc, char** argv) {
   response_app->callback([&] { exit_code = response(response_options); });
 
   ReduceOptions reduce_options;
-  CLI::App* reduce_app =
-      app.add_subcommand("reduce", "make a reduced model file from [tissue] and measure its error");
+  CLI::App* reduce_app = app.add_subcommand(
+      "reduce", "make a reduced model file from [tissue], measure and prove its error");
   add_common(*reduce_app, reduce_options);
-  reduce_app->add_option("--out", reduce_options.out, "model file to write; - is standard output")
-      ->required()
-      ->type_name("FILE");
   reduce_app
-      ->add_option("--method", reduce_options.method, "same as --set model.method=M: pod-deim")
+      ->add_option(
+          "--out", reduce_options.out,
+          "model file to write; - is standard output. With --compare: a folder for CSV and "
+          "figure, or a .csv file; may be left out")
+      ->type_name("FILE");
+  reduce_app->add_flag("--compare", reduce_options.compare,
+                       "no model: the error of every method against the order");
+  reduce_app
+      ->add_option("--method", reduce_options.method,
+                   "same as --set model.method=M: pod-deim, balanced, balanced-two-sided, "
+                   "irka, taylor")
       ->type_name("M");
   reduce_app
       ->add_option("--order", reduce_options.order, "same as --set model.order=n: states, 1 to 14")
@@ -133,6 +140,7 @@ int run_command(int argc, char** argv) {
   reduce_app->footer(
       footer("  photocoag reduce --out model.json\n"
              "  photocoag reduce --set control.period_ms=4 --order 8 --out model-250hz.json\n"
+             "  photocoag reduce --compare --out comparison\n"
              "  photocoag simulate --set model.file=model.json"));
   reduce_app->callback([&] { exit_code = reduce_command(reduce_options); });
 

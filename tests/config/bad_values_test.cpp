@@ -114,7 +114,8 @@ const std::vector<BadOverride> kOverrides = {
     {{"control.state_weight=2"},
      "control.state_weight: found 2 (an integer); accepted: \"constant\" or \"delayed\""},
     {{"estimator.kind=mhe"}, "estimator.kind: found \"mhe\"; accepted: \"ekf\""},
-    {{"model.method=pod"}, "model.method: found \"pod\"; accepted: \"pod-deim\""},
+    {{"model.method=pod"}, "model.method: found \"pod\"; accepted: \"pod-deim\" or \"balanced\" or "
+     "\"balanced-two-sided\" or \"irka\" or \"taylor\""},
     {{"model.discretization=zoh"},
      "model.discretization: found \"zoh\"; accepted: \"zero-order-hold\" or \"implicit-euler\""},
     {{"plant.model=FULL"}, "plant.model: found \"FULL\"; accepted: \"full\" or \"reduced\""},

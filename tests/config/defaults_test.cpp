@@ -40,6 +40,8 @@ file                = ""
 order               = 6
 discretization      = "zero-order-hold"   # or "implicit-euler" (the paper's)
 method              = "pod-deim"
+parameter_dependence = "deim"
+parameter_terms      = 0
 
 [grid]
 min_cells = 80000

@@ -100,8 +100,14 @@ void add_model(ModelSettings& s, std::vector<Field>& list) {
                integer("model.order", s.reduction.order, 1, 14, "states of the reduced model"),
                discretization("model.discretization", s.discretization,
                               "exact for constant power, or the paper's scheme"),
-               word("model.method", s.reduction.method, {"pod-deim"},
-                    "the paper's reduction: POD over alpha, DEIM for the outputs and inputs")});
+               word("model.method", s.reduction.method,
+                    {kReductionMethodWords.begin(), kReductionMethodWords.end()},
+                    "what spans the reduced states; the paper's: POD over alpha"),
+               word("model.parameter_dependence", s.reduction.parameter_dependence,
+                    {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
+                    "of inputs and volume output on alpha; method \"taylor\" uses its own series"),
+               integer("model.parameter_terms", s.reduction.parameter_terms, 0, 12,
+                       "its number of terms; 0: 8 for \"chebyshev\", else 5")});
 }
 
 void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {

@@ -1,6 +1,7 @@
 #include "photocoag/mor/deim.hpp"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "photocoag/core/error.hpp"
@@ -11,17 +12,29 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Deim deim(const MatrixXd& snapshots, int max_terms) {
+namespace {
+
+MatrixXd collateral_basis(const MatrixXd& snapshots, int max_terms) {
   const Eigen::JacobiSVD<MatrixXd> svd(snapshots, Eigen::ComputeThinU);
   const VectorXd& values = svd.singularValues();
   Index terms = 0;
   while (terms < std::min<Index>(max_terms, values.size()) && values[terms] > 1e-12 * values[0])
     ++terms;
   if (terms == 0) throw Error("DEIM: the snapshots are zero");
-  const MatrixXd basis = svd.matrixU().leftCols(terms);
+  return svd.matrixU().leftCols(terms);
+}
 
+MatrixXd interpolation(const MatrixXd& basis, const std::vector<Index>& dofs) {
+  const MatrixXd at_dofs = basis(dofs, Eigen::all);
+  return at_dofs.transpose().partialPivLu().solve(basis.transpose()).transpose();
+}
+
+}  // namespace
+
+Deim deim(const MatrixXd& snapshots, int max_terms) {
+  const MatrixXd basis = collateral_basis(snapshots, max_terms);
   Deim result;
-  for (Index k = 0; k < terms; ++k) {
+  for (Index k = 0; k < basis.cols(); ++k) {
     // Residual of interpolating the next basis vector at the dofs found so far; its largest entry
     // is next.
     VectorXd residual = basis.col(k);
@@ -34,8 +47,18 @@ Deim deim(const MatrixXd& snapshots, int max_terms) {
     residual.cwiseAbs().maxCoeff(&dof);
     result.dofs.push_back(dof);
   }
-  const MatrixXd at_dofs = basis(result.dofs, Eigen::all);
-  result.interpolation = at_dofs.transpose().partialPivLu().solve(basis.transpose()).transpose();
+  result.interpolation = interpolation(basis, result.dofs);
+  return result;
+}
+
+Deim q_deim(const MatrixXd& snapshots, int max_terms) {
+  const MatrixXd basis = collateral_basis(snapshots, max_terms);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(basis.transpose());
+  Deim result;
+  for (Index k = 0; k < basis.cols(); ++k) {
+    result.dofs.push_back(qr.colsPermutation().indices()[k]);
+  }
+  result.interpolation = interpolation(basis, result.dofs);
   return result;
 }
 

@@ -1,5 +1,6 @@
 // Role: offline; discrete empirical interpolation of a parametric vector. Used by mor.
-// Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010) 2737-2764, Algorithm 1.
+// Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010) 2737-2764, Algorithm 1;
+// Q-DEIM: Drmac and Gugercin, SIAM J. Sci. Comput. 38 (2016) A631-A648.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,5 +18,9 @@ struct Deim {
 /// alpha), fewer if the singular values drop below 1e-12 of the first; dofs greedily. Throws Error
 /// if snapshots are zero.
 Deim deim(const Eigen::MatrixXd& snapshots, int max_terms);
+
+/// The same basis, dofs by the QR factorisation of its transpose with column pivoting: independent
+/// of the basis within its span, and with a better bound of the interpolation's norm.
+Deim q_deim(const Eigen::MatrixXd& snapshots, int max_terms);
 
 }  // namespace photocoag

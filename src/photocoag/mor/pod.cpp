@@ -42,26 +42,37 @@ double time_weight(double log10_time) {
 
 }  // namespace
 
-MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order) {
-  if (order > space.size()) {
+MatrixXd weighted_impulse_response(const ImpulseSpace& space, const VectorXd& input,
+                                   double weight) {
+  MatrixXd snapshots(space.size(), kTimes);
+  for (int i = 0; i < kTimes; ++i) {
+    const double log10_time = kFirstDecade + 5.0 * i / (kTimes - 1);
+    const VectorXd decay = (-space.rates * std::pow(10.0, log10_time)).array().exp();
+    snapshots.col(i) = time_weight(log10_time) * decay.cwiseProduct(input);
+  }
+  snapshots *= weight / snapshots.norm();
+  return snapshots;
+}
+
+MatrixXd leading_directions(const MatrixXd& snapshots, int order) {
+  if (order > std::min(snapshots.rows(), snapshots.cols())) {
     throw Error(ErrorParts{.key = "model.order",
                            .found = fmt::format("{}", order),
-                           .accepted = fmt::format("at most {} for this tissue", space.size())});
+                           .accepted = fmt::format("at most {} for this tissue",
+                                                   std::min(snapshots.rows(), snapshots.cols()))});
   }
+  return Eigen::JacobiSVD<MatrixXd>(snapshots, Eigen::ComputeThinU).matrixU().leftCols(order);
+}
+
+MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order) {
   MatrixXd snapshots(space.size(), kTimes * static_cast<Index>(kTraining.size()));
   Index column = 0;
   for (const TrainingAlpha& alpha : kTraining) {
     const VectorXd input = space.axial_source * model.axial_source(alpha.value);
-    const Index first = column;
-    for (int i = 0; i < kTimes; ++i) {
-      const double log10_time = kFirstDecade + 5.0 * i / (kTimes - 1);
-      const VectorXd decay = (-space.rates * std::pow(10.0, log10_time)).array().exp();
-      snapshots.col(column++) = time_weight(log10_time) * decay.cwiseProduct(input);
-    }
-    auto own = snapshots.middleCols(first, kTimes);
-    own *= alpha.weight / own.norm();
+    snapshots.middleCols(column, kTimes) = weighted_impulse_response(space, input, alpha.weight);
+    column += kTimes;
   }
-  return Eigen::JacobiSVD<MatrixXd>(snapshots, Eigen::ComputeThinU).matrixU().leftCols(order);
+  return leading_directions(snapshots, order);
 }
 
 }  // namespace photocoag

@@ -15,4 +15,12 @@ namespace photocoag {
 /// `order` directions.
 Eigen::MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order);
 
+/// Snapshots of one input's impulse response with the method's weights of time, impulse-space size
+/// x times; Frobenius norm `weight`. `input`: coordinates in the impulse space.
+Eigen::MatrixXd weighted_impulse_response(const ImpulseSpace& space, const Eigen::VectorXd& input,
+                                          double weight);
+
+/// `order` leading left singular vectors. Throws Error if there are not so many.
+Eigen::MatrixXd leading_directions(const Eigen::MatrixXd& snapshots, int order);
+
 }  // namespace photocoag

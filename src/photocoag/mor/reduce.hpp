@@ -11,6 +11,7 @@
 
 #include "photocoag/core/discretization.hpp"
 #include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/mor/impulse_space.hpp"
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
@@ -32,15 +33,41 @@ struct ValidationSettings {
 std::vector<double> on_off_power(double duration, double period, double mean_dwell,
                                  std::uint64_t seed);
 
+/// The full-order model's outputs for the validation powers and alphas: made once, any number of
+/// reduced models of the same period and discretization measured against it.
+struct ValidationRun {
+  std::vector<double> absorption_factors;
+  double duration = 0.0;  ///< s
+  std::uint64_t seed = 0;
+  std::vector<std::vector<double>> powers;    ///< W: constant, on/off
+  std::vector<std::vector<Outputs>> outputs;  ///< per power: step by step, every alpha in turn
+};
+
+ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
+                             Discretization discretization, double period,
+                             const ValidationSettings& settings = {},
+                             const Progress& progress = {});
+
+ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run);
+
 /// Largest error of each output over the run relative to its own largest value, for each alpha the
 /// worse of both signals. Steps the full-order model once per signal (its state does not depend on
 /// alpha).
 ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
                           const ValidationSettings& settings = {}, const Progress& progress = {});
 
-/// The reduced model of `full` for one control period, error measured and verified
-/// (rom/reduced_model.hpp). Deterministic: the same arguments give the same bits. Throws Error if
-/// the result cannot be trusted.
+/// The impulse space that reduce() works in.
+ImpulseSpace reduction_space(const FullOrderModel& full);
+
+/// The reduced model alone: neither verified nor measured nor certified. Throws Error if it is not
+/// stable or the space has fewer directions than the order.
+ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space,
+                           const ReductionSettings& settings, double period,
+                           Discretization discretization);
+
+/// The reduced model of `full` for one control period, verified (rom/reduced_model.hpp), its error
+/// measured and certified (mor/certificate.hpp). Deterministic: the same arguments give the same
+/// bits. Throws Error if the result cannot be trusted.
 ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionSettings& settings,
                     double period, Discretization discretization, const Progress& progress = {});
 

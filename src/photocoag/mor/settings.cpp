@@ -4,8 +4,21 @@
 
 namespace photocoag {
 
+ParameterDependence ReductionSettings::dependence() const noexcept {
+  return method == ReductionMethod::kTaylor ? ParameterDependence::kTaylor : parameter_dependence;
+}
+
+int ReductionSettings::terms() const noexcept {
+  constexpr int kChebyshevTerms = 8;
+  constexpr int kTerms = 5;
+  if (parameter_terms > 0) return parameter_terms;
+  return dependence() == ParameterDependence::kChebyshev ? kChebyshevTerms : kTerms;
+}
+
 void ReductionSettings::validate() const {
   require(order >= 1 && order <= 14, "model.order", order, "an integer from 1 to 14");
+  require(parameter_terms >= 0 && parameter_terms <= 12, "model.parameter_terms", parameter_terms,
+          "an integer from 0 to 12");
 }
 
 }  // namespace photocoag

@@ -1,19 +1,53 @@
-// Role: setup; how a reduced model is made. Used by mor and the configuration.
+// Role: setup; how a reduced model is made. Used by mor and the configuration. Each choice with
+// equations and references: docs/models.md.
 #pragma once
 
+#include <array>
 #include <string_view>
 
 namespace photocoag {
 
+/// What spans the reduced state space. In the order of kReductionMethodWords.
 enum class ReductionMethod {
-  kPodDeim,  ///< the paper's: one global POD basis over alpha, DEIM for B(alpha) and C_vol(alpha)
+  kPodDeim,           ///< the paper's: one global POD basis of impulse responses over alpha
+  kBalanced,          ///< dominant controllability modes over alpha, Galerkin
+  kBalancedTwoSided,  ///< global balanced truncation, Petrov-Galerkin
+  kIrka,              ///< rational Krylov spaces of IRKA at sampled alphas, concatenated
+  kTaylor,            ///< the group's earlier method: Taylor series about one alpha
 };
 
-constexpr std::string_view to_string(ReductionMethod) noexcept { return "pod-deim"; }
+inline constexpr std::array<std::string_view, 5> kReductionMethodWords{
+    "pod-deim", "balanced", "balanced-two-sided", "irka", "taylor"};
+
+constexpr std::string_view to_string(ReductionMethod method) noexcept {
+  return kReductionMethodWords[static_cast<std::size_t>(method)];
+}
+
+/// How B and C_vol depend on alpha. In the order of kParameterDependenceWords.
+enum class ParameterDependence {
+  kDeim,       ///< discrete empirical interpolation, cells chosen greedily
+  kQDeim,      ///< the same, cells chosen by a pivoted QR factorisation
+  kChebyshev,  ///< interpolation at Chebyshev points of [0.2, 2]
+  kTaylor,     ///< Taylor polynomial about alpha = 0.7363
+};
+
+inline constexpr std::array<std::string_view, 4> kParameterDependenceWords{"deim", "q-deim",
+                                                                           "chebyshev", "taylor"};
+
+constexpr std::string_view to_string(ParameterDependence dependence) noexcept {
+  return kParameterDependenceWords[static_cast<std::size_t>(dependence)];
+}
 
 struct ReductionSettings {
   ReductionMethod method = ReductionMethod::kPodDeim;
   int order = 6;  ///< states of the reduced model, 1 to 14
+  /// Method kTaylor always uses its own series.
+  ParameterDependence parameter_dependence = ParameterDependence::kDeim;
+  int parameter_terms = 0;  ///< 1 to 12; 0: 8 for kChebyshev, else 5
+
+  /// The dependence and number of terms that are used.
+  ParameterDependence dependence() const noexcept;
+  int terms() const noexcept;
 
   /// Throws Error naming the key ("model.…"), the value and the range.
   void validate() const;

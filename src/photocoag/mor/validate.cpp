@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
@@ -43,53 +44,69 @@ std::vector<double> on_off_power(double duration, double period, double mean_dwe
   return power;
 }
 
-ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
-                          const ValidationSettings& settings, const Progress& progress) {
-  ErrorReport report;
-  report.absorption_factors =
+ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
+                             Discretization discretization, double period,
+                             const ValidationSettings& settings, const Progress& progress) {
+  ValidationRun run;
+  run.absorption_factors =
       settings.absorption_factors.empty() ? default_alphas() : settings.absorption_factors;
-  report.duration = settings.duration;
-  report.seed = settings.seed;
-  const std::size_t count = report.absorption_factors.size();
-  report.peak.assign(count, 0.0);
-  report.volume.assign(count, 0.0);
+  run.duration = settings.duration;
+  run.seed = settings.seed;
   std::vector<OutputWeights> weights;
-  for (const double alpha : report.absorption_factors)
-    weights.push_back(full->output_weights(alpha));
-
+  for (const double alpha : run.absorption_factors) weights.push_back(full->output_weights(alpha));
   const auto steps =
-      static_cast<std::size_t>(std::max(1.0, std::round(settings.duration / reduced.period)));
-  const std::vector<std::vector<double>> signals = {
-      std::vector<double>(steps, 1.0),
-      on_off_power(settings.duration, reduced.period, settings.mean_dwell, settings.seed)};
-  ModalStepper stepper(full, reduced.discretization, reduced.period);
-  for (std::size_t s = 0; s < signals.size(); ++s) {
-    std::vector<ReducedPlant> plants;
-    for (const double alpha : report.absorption_factors) plants.emplace_back(reduced, alpha);
-    std::vector<Extreme> peak(count);
-    std::vector<Extreme> volume(count);
+      static_cast<std::size_t>(std::max(1.0, std::round(settings.duration / period)));
+  run.powers = {std::vector<double>(steps, 1.0),
+                on_off_power(settings.duration, period, settings.mean_dwell, settings.seed)};
+  ModalStepper stepper(full, discretization, period);
+  for (std::size_t s = 0; s < run.powers.size(); ++s) {
+    std::vector<Outputs>& outputs = run.outputs.emplace_back();
+    outputs.reserve(run.powers[s].size() * weights.size());
     stepper.reset();
-    for (std::size_t k = 0; k < signals[s].size(); ++k) {
-      stepper.step(signals[s][k]);
-      for (std::size_t a = 0; a < count; ++a) {
-        plants[a].step(signals[s][k]);
-        const Outputs reference = stepper.outputs(weights[a]);
-        const Outputs approximation = plants[a].outputs();
-        peak[a].add(reference.peak, approximation.peak);
-        volume[a].add(reference.volume, approximation.volume);
-      }
+    for (std::size_t k = 0; k < run.powers[s].size(); ++k) {
+      stepper.step(run.powers[s][k]);
+      for (const OutputWeights& alpha : weights) outputs.push_back(stepper.outputs(alpha));
       if (progress && k % 50 == 0) {
         progress(
             "measuring its error",
             (static_cast<double>(s) + static_cast<double>(k) / static_cast<double>(steps)) / 2.0);
       }
     }
-    for (std::size_t a = 0; a < count; ++a) {
-      report.peak[a] = std::max(report.peak[a], peak[a].relative());
-      report.volume[a] = std::max(report.volume[a], volume[a].relative());
+  }
+  return run;
+}
+
+ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run) {
+  const std::size_t count = run.absorption_factors.size();
+  ErrorReport report;
+  report.absorption_factors = run.absorption_factors;
+  report.duration = run.duration;
+  report.seed = run.seed;
+  report.peak.assign(count, 0.0);
+  report.volume.assign(count, 0.0);
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t s = 0; s < run.powers.size(); ++s) {
+      ReducedPlant plant(reduced, run.absorption_factors[a]);
+      Extreme peak;
+      Extreme volume;
+      for (std::size_t k = 0; k < run.powers[s].size(); ++k) {
+        plant.step(run.powers[s][k]);
+        const Outputs& reference = run.outputs[s][k * count + a];
+        const Outputs approximation = plant.outputs();
+        peak.add(reference.peak, approximation.peak);
+        volume.add(reference.volume, approximation.volume);
+      }
+      report.peak[a] = std::max(report.peak[a], peak.relative());
+      report.volume[a] = std::max(report.volume[a], volume.relative());
     }
   }
   return report;
+}
+
+ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
+                          const ValidationSettings& settings, const Progress& progress) {
+  return measure_error(reduced, validation_run(std::move(full), reduced.discretization,
+                                               reduced.period, settings, progress));
 }
 
 }  // namespace photocoag

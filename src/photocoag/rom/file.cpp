@@ -15,6 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxBytes = 10'000'000;
+constexpr std::size_t kMaxNodes = 10'000;
 
 template <typename Matrix>
 Json matrix_to_json(const Matrix& matrix) {
@@ -36,6 +37,42 @@ Json absorbed_to_json(const AbsorbedFraction& a) {
           {"scaled_front", a.scaled_front},
           {"fixed_back", a.fixed_back},
           {"scaled_back", a.scaled_back}};
+}
+
+Json theta_to_json(const Theta& theta) {
+  if (theta.kind == ThetaKind::kDeim) {
+    Json points = Json::array();
+    for (int j = 0; j < theta.terms; ++j) points.push_back(absorbed_to_json(theta.points[j]));
+    return {{"kind", to_string(theta.kind)}, {"points", points}};
+  }
+  Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}, {"center", theta.center}};
+  if (theta.kind == ThetaKind::kChebyshev) json["half_width"] = theta.half_width;
+  return json;
+}
+
+Json output_certificate_to_json(const OutputCertificate& output) {
+  return {{"bound_relative_max", output.relative_max()},
+          {"treatment_bound_relative_max", output.treatment_relative_max()},
+          {"bound_K_per_W", output.bound},
+          {"bound_relative", output.relative},
+          {"treatment_bound_K_per_W", output.treatment_bound},
+          {"treatment_bound_relative", output.treatment_relative},
+          {"sum_K_per_W", output.sum},
+          {"scale_K_per_W", output.scale},
+          {"majorant", output.majorant}};
+}
+
+Json certificate_to_json(const ErrorCertificate& certificate) {
+  return {{"meaning",
+           "both models from cold tissue, the same alpha and powers from 0 to u_max: the outputs "
+           "differ by at most u_max * bound at every sample instant"},
+          {"absorption_factors", certificate.absorption_factors},
+          {"treatment_duration_s", certificate.treatment_duration},
+          {"horizon_periods", certificate.horizon},
+          {"tail_relative", certificate.tail_relative},
+          {"decay_per_period", certificate.decay},
+          {"peak", output_certificate_to_json(certificate.peak)},
+          {"volume", output_certificate_to_json(certificate.volume)}};
 }
 
 Json tissue_to_json(const Tissue& tissue) {
@@ -72,6 +109,8 @@ class Reader {
     }
     return Reader(json_.at(key), where_, path);
   }
+
+  bool has(const std::string& key) const { return json_.is_object() && json_.contains(key); }
 
   double number() const {
     expect(json_.is_number(), "a number");
@@ -167,6 +206,54 @@ Discretization read_discretization(const Reader& json) {
   return Discretization::kZeroOrderHold;
 }
 
+Theta read_theta(const Reader& json) {
+  Theta theta;
+  const std::string kind = json["kind"].text();
+  json["kind"].expect(kind == "deim" || kind == "chebyshev" || kind == "taylor",
+                      "\"deim\", \"chebyshev\" or \"taylor\"");
+  if (kind == "deim") {
+    for (const Reader& point : json["points"].list(kMaxTerms)) {
+      theta.points[theta.terms++] = read_absorbed(point);
+    }
+    return theta;
+  }
+  const std::size_t terms = json["terms"].count();
+  json["terms"].expect(terms >= 1 && terms <= kMaxTerms, fmt::format("1 to {}", kMaxTerms));
+  theta.terms = static_cast<int>(terms);
+  theta.kind = kind == "taylor" ? ThetaKind::kTaylor : ThetaKind::kChebyshev;
+  theta.center = json["center"].number();
+  if (theta.kind == ThetaKind::kChebyshev) {
+    theta.half_width = json["half_width"].number();
+    json["half_width"].expect(theta.half_width > 0.0, "above 0");
+  }
+  return theta;
+}
+
+OutputCertificate read_output_certificate(const Reader& json) {
+  OutputCertificate output;
+  output.bound = json["bound_K_per_W"].numbers(kMaxNodes);
+  output.relative = json["bound_relative"].numbers(kMaxNodes);
+  output.treatment_bound = json["treatment_bound_K_per_W"].numbers(kMaxNodes);
+  output.treatment_relative = json["treatment_bound_relative"].numbers(kMaxNodes);
+  output.sum = json["sum_K_per_W"].numbers(kMaxNodes);
+  output.scale = json["scale_K_per_W"].numbers(kMaxNodes);
+  output.majorant = json["majorant"].numbers(kMaxMajorantTerms);
+  return output;
+}
+
+ErrorCertificate read_certificate(const Reader& json) {
+  ErrorCertificate certificate;
+  certificate.absorption_factors = json["absorption_factors"].numbers(kMaxNodes);
+  certificate.decay = json["decay_per_period"].numbers(kMaxMajorantTerms);
+  certificate.treatment_duration = json["treatment_duration_s"].number();
+  certificate.horizon = json["horizon_periods"].count();
+  certificate.tail_relative = json["tail_relative"].number();
+  certificate.peak = read_output_certificate(json["peak"]);
+  certificate.volume = read_output_certificate(json["volume"]);
+  certificate.validate();
+  return certificate;
+}
+
 ReducedModel read_model(const Reader& json) {
   ReducedModel model;
   model.method = json["method"].text();
@@ -179,12 +266,11 @@ ReducedModel read_model(const Reader& json) {
   range["max"].expect(model.absorption_min > 0.0 && model.absorption_max > model.absorption_min &&
                           model.absorption_max <= 10.0,
                       "0 < min < max <= 10");
-  const Reader theta = json["theta"];
-  model.theta_kind = theta["kind"].text();
-  theta["kind"].expect(model.theta_kind == "deim", "\"deim\"");
-  for (const Reader& point : theta["points"].list(kMaxTerms)) {
-    model.theta.points[model.theta.terms++] = read_absorbed(point);
-  }
+  model.theta = read_theta(json["theta"]);
+  // Files made before there was a choice do not name it.
+  model.parameter_dependence = json.has("parameter_dependence")
+                                   ? json["parameter_dependence"].text()
+                                   : std::string(to_string(model.theta.kind));
   model.volume_normalized = json["volume_normalized"].boolean();
   model.whole = read_absorbed(json["absorbed_fraction"]);
   const Reader continuous = json["continuous"];
@@ -208,6 +294,7 @@ ReducedModel read_model(const Reader& json) {
   model.error.volume = error["volume_relative"].numbers(1000);
   model.error.duration = error["duration_s"].number();
   model.error.seed = error["seed"].count();
+  if (json.has("certificate")) model.certificate = read_certificate(json["certificate"]);
   return model;
 }
 
@@ -219,9 +306,6 @@ std::string checksum(Json json) {
 }  // namespace
 
 std::string to_json(const ReducedModel& model) {
-  Json points = Json::array();
-  for (int j = 0; j < model.theta.terms; ++j)
-    points.push_back(absorbed_to_json(model.theta.points[j]));
   Json json = {
       {"format", "photocoag reduced model"},
       {"version", kModelFileVersion},
@@ -232,7 +316,8 @@ std::string to_json(const ReducedModel& model) {
       {"parameters",
        Json::array(
            {{{"name", "alpha"}, {"min", model.absorption_min}, {"max", model.absorption_max}}})},
-      {"theta", {{"kind", model.theta_kind}, {"points", points}}},
+      {"parameter_dependence", model.parameter_dependence},
+      {"theta", theta_to_json(model.theta)},
       {"volume_normalized", model.volume_normalized},
       {"absorbed_fraction", absorbed_to_json(model.whole)},
       {"continuous",
@@ -259,6 +344,7 @@ std::string to_json(const ReducedModel& model) {
         {"peak_relative", model.error.peak},
         {"volume_relative", model.error.volume}}},
   };
+  if (model.certificate) json["certificate"] = certificate_to_json(*model.certificate);
   json["checksum"] = checksum(json);
   return json.dump(1) + "\n";
 }

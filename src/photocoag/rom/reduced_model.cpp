@@ -20,13 +20,15 @@ void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) c
   out.input_slope.setZero(n);
   out.volume.setZero(n);
   out.volume_slope.setZero(n);
+  TermVector value;
+  TermVector slope;
+  theta.evaluate(absorption_factor, value, slope);
   for (int j = 0; j < theta.terms; ++j) {
-    const ValueAndSlope t = theta.points[j].evaluate(absorption_factor);
     for (int i = 0; i < n; ++i) {
-      out.input[i] += t.value * B_d(i, j);
-      out.input_slope[i] += t.slope * B_d(i, j);
-      out.volume[i] += t.value * C_volume(j, i);
-      out.volume_slope[i] += t.slope * C_volume(j, i);
+      out.input[i] += value[j] * B_d(i, j);
+      out.input_slope[i] += slope[j] * B_d(i, j);
+      out.volume[i] += value[j] * C_volume(j, i);
+      out.volume_slope[i] += slope[j] * C_volume(j, i);
     }
   }
   if (volume_normalized) {
@@ -42,6 +44,7 @@ void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) c
 void ReducedModel::discretize(double period_s, Discretization how) {
   period = period_s;
   discretization = how;
+  certificate.reset();
   const DiscretePair pair = photocoag::discretize(A, period_s, how);
   A_d = pair.transition;
   B_d = pair.input * B;

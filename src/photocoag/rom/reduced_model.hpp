@@ -4,22 +4,21 @@
 // Threads: plain data.
 #pragma once
 
-#include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "photocoag/core/discretization.hpp"
 #include "photocoag/core/outputs.hpp"
 #include "photocoag/core/types.hpp"
+#include "photocoag/rom/certificate.hpp"
+#include "photocoag/rom/theta.hpp"
 #include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
 
-inline constexpr int kMaxTerms = 12;  // terms of B(alpha) and C_vol(alpha)
-
-using TermVector = BoundedVector<kMaxTerms>;
 using InputTerms = BoundedMatrix<kMaxOrder, kMaxTerms>;   // column j: B_j
 using OutputTerms = BoundedMatrix<kMaxTerms, kMaxOrder>;  // row j: C_j
 
@@ -29,14 +28,6 @@ struct ParametricMatrices {
   StateVector input_slope;   ///< dB_d / dalpha
   StateVector volume;        ///< C_vol(alpha), order
   StateVector volume_slope;  ///< dC_vol / dalpha
-};
-
-/// The coefficient functions theta_j(alpha): absorbed fractions of the DEIM cells.
-struct Theta {
-  std::array<AbsorbedFraction, kMaxTerms> points{};
-  int terms = 0;
-
-  bool operator==(const Theta&) const = default;
 };
 
 /// How well a reduced model follows the full-order model it was made from: largest error of an
@@ -74,11 +65,13 @@ struct ReducedModel {
 
   double absorption_min = 0.3;  ///< the range of alpha in which the error was measured
   double absorption_max = 1.7;
-  std::string method;      ///< e.g. "pod-deim"
-  std::string theta_kind;  ///< e.g. "deim"
+  std::string method;                ///< e.g. "pod-deim"
+  std::string parameter_dependence;  ///< e.g. "deim"
   Tissue tissue;
   std::size_t full_order_states = 0;
   ErrorReport error;
+  /// Proved bound of the error for this period; absent where none was computed.
+  std::optional<ErrorCertificate> certificate;
 
   int order() const noexcept { return static_cast<int>(A.rows()); }
   int terms() const noexcept { return theta.terms; }
@@ -86,7 +79,8 @@ struct ReducedModel {
   /// All alpha-dependent discrete-time matrices. noexcept, no allocation.
   void evaluate(double absorption_factor, ParametricMatrices& out) const noexcept;
 
-  /// Fills A_d and B_d from A and B for `period` and `discretization`. Allocates.
+  /// Fills A_d and B_d from A and B for `period` and `discretization`. Drops the certificate, which
+  /// holds for one period only. Allocates.
   void discretize(double period_s, Discretization how);
 };
 

@@ -1,0 +1,23 @@
+// Role: offline; the proved error bound of a reduced model. Used by `reduce`. Source: derived here;
+// docs/models.md (certificate) has every step, what is proved and what is rounding. Units: SI.
+#pragma once
+
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+struct CertificateSettings {
+  double treatment = 0.4;            ///< s; a second bound is for powers of this duration
+  int nodes = 57;                    ///< of alpha, over the model's range; at least 2
+  std::size_t max_horizon = 60'000;  ///< periods summed one by one
+  double remaining = 1e-6;           ///< the slowest mode decays to this within the horizon
+};
+
+/// The certificate of `reduced` (its period, discretization and range of alpha) against `full`, of
+/// whose impulse response all modes count. Throws Error if the reduced transition matrix cannot be
+/// diagonalised well. Allocates about 16 bytes x nodes x horizon.
+ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full,
+                         const CertificateSettings& settings = {});
+
+}  // namespace photocoag

@@ -1,0 +1,80 @@
+#include "photocoag/mor/project.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Turned so that the peak output's weight is not negative, which fixes the sign of each state.
+void fix_signs(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
+  for (Index k = 0; k < trial.cols(); ++k) {
+    if (trial.col(k).dot(space.peak) < 0.0) {
+      trial.col(k) *= -1.0;
+      test.col(k) *= -1.0;
+    }
+  }
+}
+
+// V'AV is symmetric negative definite with A: its eigenvectors make it diagonal.
+MatrixXd diagonalise_symmetric(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
+  const MatrixXd projected = trial.transpose() * space.rates.asDiagonal() * trial;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
+  trial = trial * diagonal.eigenvectors();
+  test = trial;
+  fix_signs(space, trial, test);
+  return (-diagonal.eigenvalues()).asDiagonal();
+}
+
+MatrixXd diagonalise_general(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
+  constexpr double kWellConditioned = 1e6;
+  const MatrixXd projected = -(test.transpose() * space.rates.asDiagonal() * trial);
+  const Eigen::EigenSolver<MatrixXd> eigen(projected);
+  if (eigen.info() != Eigen::Success || eigen.eigenvalues().real().maxCoeff() >= 0.0) {
+    throw Error("the projected model is not stable");
+  }
+  if (eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 0.0) return projected;
+  const VectorXd values = eigen.eigenvalues().real();
+  std::vector<Index> slowest_first(values.size());
+  std::iota(slowest_first.begin(), slowest_first.end(), Index{0});
+  std::sort(slowest_first.begin(), slowest_first.end(),
+            [&values](Index i, Index j) { return values[i] > values[j]; });
+  const MatrixXd vectors = eigen.eigenvectors().real()(Eigen::all, slowest_first);
+  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>(vectors).singularValues();
+  if (singular[0] > kWellConditioned * singular[singular.size() - 1]) return projected;
+  trial = trial * vectors;
+  test = test * vectors.inverse().transpose();
+  fix_signs(space, trial, test);
+  return VectorXd(values(slowest_first)).asDiagonal();
+}
+
+}  // namespace
+
+void project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
+             const ParametricSource& source, ReducedModel& model) {
+  MatrixXd trial = bases.trial;
+  MatrixXd test = bases.test;
+  model.A = bases.galerkin ? diagonalise_symmetric(space, trial, test)
+                           : diagonalise_general(space, trial, test);
+  model.theta = source.theta;
+  // test' b_j and c_j trial: the volume output is the input's adjoint.
+  const MatrixXd input = test.transpose() * space.axial_source * source.sources;
+  model.B = full.input_gain() * input;
+  model.C_volume =
+      bases.galerkin
+          ? MatrixXd(input.transpose())
+          : MatrixXd((trial.transpose() * space.axial_source * source.sources).transpose());
+  model.C_peak = trial.transpose() * space.peak;
+}
+
+}  // namespace photocoag

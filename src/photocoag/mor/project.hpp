@@ -1,0 +1,16 @@
+// Role: offline; projection of the impulse-space model and the coordinates of the result. Used by
+// mor. Source: docs/models.md (projection). Units: SI.
+#pragma once
+
+#include "photocoag/mor/bases.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// Fills A, B, C_volume, C_peak and theta of `model`. Galerkin: A is diagonal, C_peak not negative.
+/// Petrov-Galerkin: the same where A's eigenvalues are real and its eigenvectors well conditioned,
+/// else A as projected. Throws Error if A is not stable. Allocates.
+void project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
+             const ParametricSource& source, ReducedModel& model);
+
+}  // namespace photocoag

@@ -1,0 +1,57 @@
+// `reduce` with its methods and `reduce --compare`, as a user runs them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/program.hpp"
+
+namespace photocoag {
+namespace {
+
+using testing::Sandbox;
+
+constexpr const char* kSmall = " --set grid.min_cells=1000 --set control.period_ms=4";
+
+TEST(ReduceCommand, EveryMethodWritesAModelWithItsCertificate) {
+  const Sandbox sandbox;
+  for (const std::string method : {"pod-deim", "balanced", "balanced-two-sided", "irka", "taylor"}) {
+    const std::string file = method + ".json";
+    const auto result =
+        sandbox.run("reduce --order 8 --method " + method + " --out " + file + kSmall);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.err.find("proved"), std::string::npos);
+    const auto json = nlohmann::json::parse(testing::read_all(sandbox.path(file)));
+    EXPECT_EQ(json["method"], method);
+    EXPECT_EQ(json["theta"]["kind"], method == "taylor" ? "taylor" : "deim");
+    EXPECT_GT(json["certificate"]["peak"]["bound_relative_max"], 0.0);
+    const auto used = sandbox.run("response --model reduced --rom " + file +
+                                  " --power 0.1 --times 0.004 --csv -" + kSmall);
+    EXPECT_EQ(used.exit_code, 0) << used.err;
+  }
+}
+
+TEST(ReduceCommand, ComparesAllMethods) {
+  const Sandbox sandbox;
+  const auto result =
+      sandbox.run(std::string("reduce --compare --out errors.csv") + kSmall);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* word : {"pod-deim", "irka", "chebyshev", "superior to the Taylor series"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+  }
+  const std::string csv = testing::read_all(sandbox.path("errors.csv"));
+  // A head, 5 methods at 13 orders, 4 dependences at 7 numbers of terms.
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 5 * 13 + 4 * 7);
+}
+
+TEST(ReduceCommand, NeedsAPlaceForTheModelOnly) {
+  const Sandbox sandbox;
+  const auto result = sandbox.run(std::string("reduce") + kSmall);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("--out"), std::string::npos);
+  EXPECT_EQ(sandbox.entries(), 0U);
+}
+
+}  // namespace
+}  // namespace photocoag
