@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -18,6 +19,7 @@
 #include "photocoag/mor/reduce.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
+#include "photocoag/run/boundaries.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -195,6 +197,34 @@ int reduce_command(const ReduceOptions& options) {
                100.0 * model.error.peak[i], 100.0 * model.error.volume[i]);
   }
   if (options.out != "-") fmt::print(stderr, "written   {}\n", options.out);
+  return 0;
+}
+
+int boundaries(const CommonOptions& options) {
+  const Config config = load_config(options.config, options.set);
+  constexpr double kSteady =
+      1000.0;  // s: many times the slowest time constant of any sensible domain
+  constexpr double kLarge = 0.01;
+  const std::vector<double> times = {0.1, 0.4, kSteady};
+  const std::vector<BoundaryEffect> effects =
+      boundary_effects(config.tissue, config.grid, config.plant.absorption_factor, times);
+  fmt::print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
+  fmt::print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
+  bool large = false;
+  for (const BoundaryEffect& effect : effects) {
+    fmt::print("{:<8} {:<30}", effect.boundary, effect.moved);
+    for (const double change : effect.change) {
+      fmt::print(" {:8.2f}", 100.0 * change);
+      large = large || std::abs(change) > kLarge;
+    }
+    fmt::print("\n");
+  }
+  if (large) {
+    fmt::print(
+        stderr,
+        "warning   a change above 1 %: temperatures and the reference power of long treatments are "
+        "low by so much; move that boundary out (for the front: a layer of vitreous)\n");
+  }
   return 0;
 }
 

@@ -44,6 +44,7 @@ int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int print_config(const CommonOptions& options);
+int boundaries(const CommonOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

@@ -49,6 +49,7 @@ ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const Ful
   report.absorption_factors =
       settings.absorption_factors.empty() ? default_alphas() : settings.absorption_factors;
   report.duration = settings.duration;
+  report.mean_dwell = settings.mean_dwell;
   report.seed = settings.seed;
   const std::size_t count = report.absorption_factors.size();
   report.peak.assign(count, 0.0);

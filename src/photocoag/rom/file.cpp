@@ -1,6 +1,7 @@
 #include "photocoag/rom/file.hpp"
 
 #include <fmt/format.h>
+#include <cmath>
 
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxBytes = 10'000'000;
+constexpr int kMaxDepth = 16;  // of nested lists and objects; a model has four
 
 template <typename Matrix>
 Json matrix_to_json(const Matrix& matrix) {
@@ -189,6 +191,8 @@ ReducedModel read_model(const Reader& json) {
   model.whole = read_absorbed(json["absorbed_fraction"]);
   const Reader continuous = json["continuous"];
   continuous["A"].matrix(model.A);
+  json["order"].expect(json["order"].count() == static_cast<std::size_t>(model.A.rows()),
+                       fmt::format("the {} rows of continuous.A", model.A.rows()));
   continuous["B"].matrix(model.B);
   continuous["C_volume"].matrix(model.C_volume);
   StateMatrix peak;
@@ -206,9 +210,37 @@ ReducedModel read_model(const Reader& json) {
   model.error.absorption_factors = error["absorption_factors"].numbers(1000);
   model.error.peak = error["peak_relative"].numbers(1000);
   model.error.volume = error["volume_relative"].numbers(1000);
+  const std::size_t checked = model.error.absorption_factors.size();
+  for (const auto* key : {"peak_relative", "volume_relative"}) {
+    error[key].expect(error[key].list(1000).size() == checked,
+                      fmt::format("{} numbers, one for each of error.absorption_factors", checked));
+  }
+  error["peak_relative_max"].expect(error["peak_relative_max"].number() == model.error.peak_max(),
+                                    "the largest of error.peak_relative");
+  error["volume_relative_max"].expect(
+      error["volume_relative_max"].number() == model.error.volume_max(),
+      "the largest of error.volume_relative");
   model.error.duration = error["duration_s"].number();
+  model.error.mean_dwell = error["mean_dwell_s"].number();
   model.error.seed = error["seed"].count();
   return model;
+}
+
+// The normalisation is told twice, by what the online code uses and by the tissue: they must agree.
+void check_normalization(const Reader& json, const ReducedModel& model) {
+  const bool normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
+  json["volume_normalized"].expect(
+      model.volume_normalized == normalized,
+      fmt::format("{}, because tissue.volume_temperature is \"{}\"", normalized,
+                  to_string(model.tissue.volume_temperature)));
+  const AbsorbedFraction whole = AbsorptionLaw(model.tissue).whole();
+  // A few roundings of sums of at most 32 optical depths.
+  const auto near = [](double a, double b) { return std::abs(a - b) <= 1e-12 * std::abs(b); };
+  json["absorbed_fraction"].expect(near(model.whole.fixed_front, whole.fixed_front) &&
+                                       near(model.whole.scaled_front, whole.scaled_front) &&
+                                       near(model.whole.fixed_back, whole.fixed_back) &&
+                                       near(model.whole.scaled_back, whole.scaled_back),
+                                   "the optical depths of the whole tissue");
 }
 
 std::string checksum(Json json) {
@@ -252,6 +284,7 @@ std::string to_json(const ReducedModel& model) {
          "largest error over a run relative to the output's largest value in it; the worse of "
          "constant and random on/off power from cold tissue"},
         {"duration_s", model.error.duration},
+        {"mean_dwell_s", model.error.mean_dwell},
         {"seed", model.error.seed},
         {"peak_relative_max", model.error.peak_max()},
         {"volume_relative_max", model.error.volume_max()},
@@ -266,7 +299,13 @@ std::string to_json(const ReducedModel& model) {
 ReducedModel from_json(std::string_view text, std::string_view where) {
   Json json;
   try {
-    json = Json::parse(text);
+    // Copying and writing nested values recurses: a file of brackets must not end the program.
+    json = Json::parse(text, [where](int depth, Json::parse_event_t, const Json&) {
+      if (depth <= kMaxDepth) return true;
+      throw Error(ErrorParts{.where = std::string(where),
+                             .problem = "not a model file: nested too deeply",
+                             .accepted = fmt::format("at most {} levels", kMaxDepth)});
+    });
   } catch (const Json::exception& error) {
     throw Error(
         ErrorParts{.where = std::string(where),
@@ -290,6 +329,7 @@ ReducedModel from_json(std::string_view text, std::string_view where) {
   try {
     ReducedModel model = read_model(reader);
     model.tissue.validate();
+    check_normalization(reader, model);
     verify(model);
     return model;
   } catch (const Error& error) {
