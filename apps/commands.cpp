@@ -123,16 +123,16 @@ int run(const RunOptions& options, Pacing pacing) {
                               config.cycles());
     treatment = run_treatment(config, models, pacing, stop_requested, done);
   }
-  write_run(folder, config, treatment);
-  bool reported = true;
+  bool complete = true;
   try {
+    write_run(folder, config, treatment);
     write_report(folder);
   } catch (const Error& error) {
-    reported = false;  // the data is safe; the page can be made again
-    fmt::print(stderr, "photocoag: no report was written: {}\n", error.what());
+    complete = false;  // the treatment is over: what could be written is there
+    fmt::print(stderr, "photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
-  return treatment.outcome.stopped || !reported ? 1 : 0;
+  return treatment.outcome.stopped || !complete ? 1 : 0;
 }
 
 }  // namespace
@@ -222,8 +222,9 @@ int boundaries(const CommonOptions& options) {
   if (large) {
     fmt::print(
         stderr,
-        "warning   a change above 1 %: temperatures and the reference power of long treatments are "
-        "low by so much; move that boundary out (for the front: a layer of vitreous)\n");
+        "warning   a change above 1 %: the model's long treatments are too cold by so much, and "
+        "its "
+        "reference power too high; move that boundary out (the front: a layer of vitreous)\n");
   }
   return 0;
 }

@@ -6,7 +6,7 @@
 // Use: compile heap_guard.cpp into the test program.
 #pragma once
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 struct HeapUse {
   long allocations = 0;  ///< malloc, calloc, realloc, aligned forms, operator new
@@ -30,4 +30,4 @@ class HeapGuard {
   HeapUse use() const noexcept;
 };
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing
