@@ -93,7 +93,7 @@ std::string dose_table(const RunSummary& summary) {
   if (summary.thermal_dose.empty()) return {};
   KeyTable table("Thermal dose at the peak");
   for (const auto& [name, dose] : summary.thermal_dose)
-    table.row(proper_name(name), fmt::format("{:.2g}", dose), "Arrhenius integral, damage at 1");
+    table.row(proper_name(name), fmt::format("{:#.2g}", dose), "Arrhenius integral, damage at 1");
   return table.end();
 }
 

@@ -19,28 +19,25 @@ std::vector<Outputs> unit_response(const Tissue& tissue, const GridSettings& gri
   return sample_step_response(plant, Discretization::kZeroOrderHold, times.front(), 1.0, times);
 }
 
+// A layer of its own beyond `neighbour`, so that the larger domain does not absorb more light.
+Layer clear_layer(const std::string& where, const Layer& neighbour) {
+  Layer layer = neighbour;
+  layer.name = where + neighbour.name;
+  layer.thickness = kMoved;
+  layer.absorption = 0.0;
+  layer.scaled_by_alpha = false;
+  return layer;
+}
+
 }  // namespace
 
 std::vector<BoundaryEffect> boundary_effects(const Tissue& tissue, const GridSettings& grid,
                                              double absorption_factor,
                                              const std::vector<double>& times) {
   Tissue front = tissue;
-  Layer clear = tissue.layers.front();
-  clear.name = "in front of " + clear.name;
-  clear.thickness = kMoved;
-  clear.absorption = 0.0;
-  clear.scaled_by_alpha = false;
-  front.layers.insert(front.layers.begin(), clear);
-
-  // A layer of its own, so that more depth does not absorb more light.
+  front.layers.insert(front.layers.begin(), clear_layer("in front of ", tissue.layers.front()));
   Tissue back = tissue;
-  Layer behind = tissue.layers.back();
-  behind.name = "behind " + behind.name;
-  behind.thickness = kMoved;
-  behind.absorption = 0.0;
-  behind.scaled_by_alpha = false;
-  back.layers.push_back(behind);
-
+  back.layers.push_back(clear_layer("behind ", tissue.layers.back()));
   Tissue radius = tissue;
   radius.domain_radius *= 2.0;
 
