@@ -237,6 +237,20 @@ TEST(Filter, PoisonedSamplesLeaveFiniteNumbers) {
   }
 }
 
+TEST(Filter, ImpossibleSamplesAreMissingSamples) {
+  // -1e6 K taken at face value keeps the laser at full power to the end of a treatment.
+  for (const double impossible : {-50.1, -1000.0, -1e6, 300.1, 1e30, -1.7e308}) {
+    ExtendedKalmanFilter filter = warm_filter();
+    filter.predict(0.02);
+    ExtendedKalmanFilter without = filter;
+    EXPECT_EQ(filter.update(impossible), UpdateStatus::kNoSample) << impossible;
+    EXPECT_TRUE(same_bits(filter, without)) << impossible;
+  }
+  ExtendedKalmanFilter filter = warm_filter();
+  EXPECT_EQ(filter.update(-49.9), UpdateStatus::kUpdated);
+  EXPECT_EQ(filter.update(299.9), UpdateStatus::kUpdated);
+}
+
 TEST(Filter, ANonFinitePowerIsRestartedByTheNextSample) {
   ExtendedKalmanFilter filter = warm_filter();
   filter.predict(kNaN);

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <memory>
-#include <regex>
 #include <sstream>
 
 #include "photocoag/mor/reduce.hpp"
@@ -68,11 +68,12 @@ TEST(Accuracy, CheckIsDisjointFromTraining) {
   const std::size_t start = text.find("kTraining{{");
   ASSERT_NE(start, std::string::npos);
   const std::string line = text.substr(start, text.find(';', start) - start);
-  const std::regex number(R"(\{([0-9.]+),)");
+  // Each entry is {alpha, weight}.
   std::vector<double> trained;
-  for (std::sregex_iterator match(line.begin(), line.end(), number);
-       match != std::sregex_iterator(); ++match) {
-    trained.push_back(std::stod((*match)[1]));
+  for (std::size_t at = start; at < start + line.size(); ++at) {
+    if (text[at] == '{' && std::isdigit(static_cast<unsigned char>(text[at + 1]))) {
+      trained.push_back(std::stod(text.substr(at + 1, 20)));
+    }
   }
   ASSERT_EQ(trained.size(), 3U) << line;
   const auto full = model_of(Tissue{}, 1000);

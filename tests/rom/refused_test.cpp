@@ -244,7 +244,7 @@ TEST(RefusedModel, WrongContentWithAFittingChecksum) {
          const bool first =
              j["continuous"]["A"][0][0].get<double>() < j["continuous"]["A"][5][5].get<double>();
          Json& fastest = peak[first ? 0 : 5];
-         fastest = -20.0 * fastest.get<double>();
+         fastest = -4.0 * fastest.get<double>();
        }},
       {"gain that does not grow with alpha", "C_peak",
        [](Json& j) {

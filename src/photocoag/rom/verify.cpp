@@ -86,7 +86,8 @@ void verify(const ReducedModel& model) {
     demand(gain > last_gain, "C_peak",
            fmt::format("steady peak gain {} K/W at alpha = {}, {} K/W below it", gain, alpha,
                        last_gain),
-           "a gain above 0 that grows with alpha");
+           "a gain above 0 that grows with alpha (not so if layers in front of the peak layer "
+           "are scaled by alpha, or the peak layer lies behind a scaled one)");
     last_gain = gain;
     StateVector state = matrices.input;
     for (int k = 1; k < kMaxHorizon; ++k) {
