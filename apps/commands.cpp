@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -18,6 +19,7 @@
 #include "photocoag/mor/reduce.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
+#include "photocoag/run/boundaries.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -133,16 +135,16 @@ int run(const RunOptions& options, Pacing pacing) {
                               config.cycles());
     treatment = run_treatment(config, models, pacing, stop_requested, done);
   }
-  write_run(folder, config, treatment);
-  bool reported = true;
+  bool complete = true;
   try {
+    write_run(folder, config, treatment);
     write_report(folder);
   } catch (const Error& error) {
-    reported = false;  // the data is safe; the page can be made again
-    fmt::print(stderr, "photocoag: no report was written: {}\n", error.what());
+    complete = false;  // the treatment is over: what could be written is there
+    fmt::print(stderr, "photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
-  return treatment.outcome.stopped || !reported ? 1 : 0;
+  return treatment.outcome.stopped || !complete ? 1 : 0;
 }
 
 }  // namespace
@@ -214,6 +216,35 @@ int reduce_command(const ReduceOptions& options) {
                100.0 * model.error.peak[i], 100.0 * model.error.volume[i]);
   }
   if (options.out != "-") fmt::print(stderr, "written   {}\n", options.out);
+  return 0;
+}
+
+int boundaries(const CommonOptions& options) {
+  const Config config = load_config(options.config, options.set);
+  constexpr double kSteady =
+      1000.0;  // s: many times the slowest time constant of any sensible domain
+  constexpr double kLarge = 0.01;
+  const std::vector<double> times = {0.1, 0.4, kSteady};
+  const std::vector<BoundaryEffect> effects =
+      boundary_effects(config.tissue, config.grid, config.plant.absorption_factor, times);
+  fmt::print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
+  fmt::print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
+  bool large = false;
+  for (const BoundaryEffect& effect : effects) {
+    fmt::print("{:<8} {:<30}", effect.boundary, effect.moved);
+    for (const double change : effect.change) {
+      fmt::print(" {:8.2f}", 100.0 * change);
+      large = large || std::abs(change) > kLarge;
+    }
+    fmt::print("\n");
+  }
+  if (large) {
+    fmt::print(
+        stderr,
+        "warning   a change above 1 %: the model's long treatments are too cold by so much, and "
+        "its "
+        "reference power too high; move that boundary out (the front: a layer of vitreous)\n");
+  }
   return 0;
 }
 

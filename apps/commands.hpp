@@ -46,6 +46,7 @@ int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int print_config(const CommonOptions& options);
+int boundaries(const CommonOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

@@ -153,6 +153,16 @@ int run_command(int argc, char** argv) {
              "  photocoag config --config my.toml --set control.peak_reference_K=20"));
   config_app->callback([&] { exit_code = print_config(config_options); });
 
+  CommonOptions boundaries_options;
+  CLI::App* boundaries_app = app.add_subcommand(
+      "boundaries",
+      "tell whether [tissue] is large enough: move each boundary out, compare the peak");
+  add_common(*boundaries_app, boundaries_options);
+  boundaries_app->footer(
+      footer("  photocoag boundaries\n"
+             "  photocoag boundaries --set tissue.domain_radius_um=1000"));
+  boundaries_app->callback([&] { exit_code = boundaries(boundaries_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

@@ -1,4 +1,5 @@
-// Bad input: exit code 2, a message that names place, key, value and what is accepted, and nothing written.
+// Bad input: exit code 2, a message that names place, key, value and what is accepted, and nothing
+// written.
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -32,7 +33,8 @@ TEST_P(BadInputTest, ExitsWithTwoSaysWhyAndWritesNothing) {
     const ProgramResult result = sandbox.run(command + " --out run " + GetParam().arguments);
     EXPECT_EQ(result.exit_code, 2) << result.err;
     for (const std::string& word : GetParam().must_say) {
-      EXPECT_NE(result.err.find(word), std::string::npos) << "missing: " << word << "\n" << result.err;
+      EXPECT_NE(result.err.find(word), std::string::npos) << "missing: " << word << "\n"
+                                                          << result.err;
     }
     EXPECT_EQ(sandbox.entries(), before) << "something was written";
     EXPECT_TRUE(result.out.empty()) << result.out;
@@ -77,7 +79,8 @@ TEST(BadModelFile, TruncatedAlteredOrForAnotherPeriodIsRefused) {
     const ProgramResult result = sandbox.run("simulate --out run " + arguments);
     EXPECT_EQ(result.exit_code, 2) << result.err;
     for (const std::string& word : must_say) {
-      EXPECT_NE(result.err.find(word), std::string::npos) << "missing: " << word << "\n" << result.err;
+      EXPECT_NE(result.err.find(word), std::string::npos) << "missing: " << word << "\n"
+                                                          << result.err;
     }
     EXPECT_EQ(sandbox.entries(), before);
   };

@@ -18,7 +18,8 @@ const std::string kCoarse = " --set grid.min_cells=2000 ";
 
 TEST(Commands, HelpTeachesAndVersionIsPrinted) {
   const Sandbox sandbox;
-  for (const std::string command : {"", "treat", "simulate", "response", "reduce", "config", "bench"}) {
+  for (const std::string command :
+       {"", "treat", "simulate", "response", "reduce", "config", "boundaries", "bench"}) {
     const ProgramResult help = sandbox.run(command + " --help");
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << command;
@@ -31,7 +32,8 @@ TEST(Commands, HelpTeachesAndVersionIsPrinted) {
 
 TEST(Commands, ConfigPrintsWhatItReads) {
   const Sandbox sandbox;
-  const ProgramResult first = sandbox.run("config --set control.horizon=7 --set plant.tissue.spot_radius_um=90");
+  const ProgramResult first =
+      sandbox.run("config --set control.horizon=7 --set plant.tissue.spot_radius_um=90");
   ASSERT_EQ(first.exit_code, 0) << first.err;
   write_all(sandbox.path("printed.toml"), first.out);
   EXPECT_EQ(sandbox.run("config --config printed.toml").out, first.out);
@@ -40,7 +42,8 @@ TEST(Commands, ConfigPrintsWhatItReads) {
 TEST(Commands, ResponseAgreesWithTheExactSolution) {
   const Sandbox sandbox;
   const ProgramResult result = sandbox.run(
-      "response --model full --power 1 --times 0.1,0.001 --set plant.absorption_factor=0.7363 --csv -");
+      "response --model full --power 1 --times 0.1,0.001 --set plant.absorption_factor=0.7363 "
+      "--csv -");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::istringstream lines(result.out);
   std::string line;
@@ -87,7 +90,8 @@ TEST(Commands, ReduceIsTheSameWithAndWithoutCache) {
   EXPECT_EQ(read_all(sandbox.path("b") / "run.csv"), csv);
   EXPECT_EQ(read_all(sandbox.path("c") / "run.csv"), csv);
   // A damaged cache entry is made again, not trusted.
-  for (const auto& entry : std::filesystem::directory_iterator(sandbox.path(".cache") / "photocoag")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(sandbox.path(".cache") / "photocoag")) {
     write_all(entry.path(), read_all(entry.path()).substr(0, 1000));
   }
   ASSERT_EQ(sandbox.run("simulate --out d" + kCoarse).exit_code, 0);
@@ -105,15 +109,17 @@ TEST(Commands, RunFolderIsCompleteAndRepeatsItself) {
     EXPECT_TRUE(std::filesystem::exists(sandbox.path("first") / name)) << name;
   }
   ASSERT_EQ(sandbox.run("simulate --config first/config.toml --out again").exit_code, 0);
-  EXPECT_EQ(read_all(sandbox.path("again") / "run.csv"), read_all(sandbox.path("first") / "run.csv"));
+  EXPECT_EQ(read_all(sandbox.path("again") / "run.csv"),
+            read_all(sandbox.path("first") / "run.csv"));
   EXPECT_EQ(read_all(sandbox.path("again") / "config.toml"),
             read_all(sandbox.path("first") / "config.toml"));
 
   const Json summary = Json::parse(read_all(sandbox.path("first") / "summary.json"));
   for (const std::string key :
-       {"peak_true_max_K", "peak_estimate_max_K", "limit_K", "limit_violations", "limit_active_cycles",
-        "time_to_95_percent_s", "rms_error_after_50_ms_K", "absorption_error_final", "cycles",
-        "overruns", "full_order_states", "stopped_for", "seed", "config_sha256", "version"}) {
+       {"peak_true_max_K", "peak_estimate_max_K", "limit_K", "limit_violations",
+        "limit_active_cycles", "time_to_95_percent_s", "rms_error_after_50_ms_K",
+        "absorption_error_final", "cycles", "overruns", "full_order_states", "stopped_for", "seed",
+        "config_sha256", "version"}) {
     EXPECT_TRUE(summary.contains(key)) << key;
   }
   EXPECT_EQ(summary["cycles"], 250);
@@ -124,11 +130,13 @@ TEST(Commands, RunFolderIsCompleteAndRepeatsItself) {
   std::istringstream csv(read_all(sandbox.path("first") / "run.csv"));
   std::string line;
   std::getline(csv, line);
-  EXPECT_EQ(line.rfind("cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
-                       "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,"
-                       "solver_status,solver_iterations",
-                       0),
-            0U);
+  EXPECT_EQ(
+      line.rfind(
+          "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
+          "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,"
+          "solver_status,solver_iterations",
+          0),
+      0U);
   double peak = 0.0;
   int rows = 0;
   while (std::getline(csv, line)) {
@@ -147,11 +155,13 @@ TEST(Commands, TreatGivesTheBytesOfSimulateUnlessItOverran) {
   ASSERT_EQ(sandbox.run("simulate --out virtual --set run.duration_ms=60" + kCoarse).exit_code, 0);
   for (int attempt = 0; attempt < 5; ++attempt) {
     const std::string out = "paced" + std::to_string(attempt);
-    ASSERT_EQ(sandbox.run("treat --out " + out + " --set run.duration_ms=60" + kCoarse).exit_code, 0);
+    ASSERT_EQ(sandbox.run("treat --out " + out + " --set run.duration_ms=60" + kCoarse).exit_code,
+              0);
     const Json summary = Json::parse(read_all(sandbox.path(out) / "summary.json"));
     EXPECT_TRUE(summary.contains("timing"));
     if (summary["overruns"] != 0) continue;  // a busy machine: the bytes may differ then
-    EXPECT_EQ(read_all(sandbox.path(out) / "run.csv"), read_all(sandbox.path("virtual") / "run.csv"));
+    EXPECT_EQ(read_all(sandbox.path(out) / "run.csv"),
+              read_all(sandbox.path("virtual") / "run.csv"));
     return;
   }
   GTEST_SKIP() << "the machine was too busy for 60 ms without an overrun, five times";
@@ -159,7 +169,8 @@ TEST(Commands, TreatGivesTheBytesOfSimulateUnlessItOverran) {
 
 TEST(Commands, InterruptPutsZeroWattAndLeavesACompleteRunFolder) {
   const Sandbox sandbox;
-  ASSERT_EQ(sandbox.run("simulate --out warm" + kCoarse).exit_code, 0);  // the model is in the cache
+  ASSERT_EQ(sandbox.run("simulate --out warm" + kCoarse).exit_code,
+            0);  // the model is in the cache
   for (const std::string signal : {"INT", "TERM"}) {
     const std::string out = "stopped-" + signal;
     const ProgramResult result =

@@ -35,9 +35,10 @@ Sandbox::~Sandbox() {
 
 ProgramResult Sandbox::run(const std::string& arguments, const std::string& before) const {
   const std::string said = (folder_ / ".said").string();
-  const std::string command = "cd '" + folder_.string() + "' && XDG_CACHE_HOME='" + folder_.string() +
-                              "/.cache' " + before + " '" PHOTOCOAG_PROGRAM "' " + arguments + " >'" +
-                              said + "/out' 2>'" + said + "/err' </dev/null";
+  const std::string command = "cd '" + folder_.string() + "' && XDG_CACHE_HOME='" +
+                              folder_.string() + "/.cache' " + before +
+                              " '" PHOTOCOAG_PROGRAM "' " + arguments + " >'" + said + "/out' 2>'" +
+                              said + "/err' </dev/null";
   const int status = std::system(command.c_str());
   ProgramResult result;
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -21,7 +21,8 @@ class Sandbox {
   Sandbox& operator=(const Sandbox&) = delete;
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
-  /// `arguments` is shell text; the current folder is the sandbox. `before` is shell text put before the program.
+  /// `arguments` is shell text; the current folder is the sandbox. `before` is shell text put
+  /// before the program.
   ProgramResult run(const std::string& arguments, const std::string& before = "") const;
   /// Number of files and folders below the sandbox, the cache left out.
   std::size_t entries() const;

@@ -16,7 +16,8 @@ constexpr const char* kSmall = " --set grid.min_cells=1000 --set control.period_
 
 TEST(ReduceCommand, EveryMethodWritesAModelWithItsCertificate) {
   const Sandbox sandbox;
-  for (const std::string method : {"pod-deim", "balanced", "balanced-two-sided", "irka", "taylor"}) {
+  for (const std::string method :
+       {"pod-deim", "balanced", "balanced-two-sided", "irka", "taylor"}) {
     const std::string file = method + ".json";
     const auto result =
         sandbox.run("reduce --order 8 --method " + method + " --out " + file + kSmall);
@@ -34,8 +35,7 @@ TEST(ReduceCommand, EveryMethodWritesAModelWithItsCertificate) {
 
 TEST(ReduceCommand, ComparesAllMethods) {
   const Sandbox sandbox;
-  const auto result =
-      sandbox.run(std::string("reduce --compare --out errors.csv") + kSmall);
+  const auto result = sandbox.run(std::string("reduce --compare --out errors.csv") + kSmall);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   for (const char* word : {"pod-deim", "irka", "chebyshev", "superior to the Taylor series"}) {
     EXPECT_NE(result.out.find(word), std::string::npos) << word;

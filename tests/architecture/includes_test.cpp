@@ -1,5 +1,5 @@
-// Includes go one way: each folder of src/photocoag may include only the folders listed for it. The libraries that
-// run next to the laser (online, rt) must not know the offline ones.
+// Includes go one way: each folder of src/photocoag may include only the folders listed for it. The
+// libraries that run next to the laser (online, rt) must not know the offline ones.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -51,7 +51,8 @@ TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
           << entry.path() << " must not include " << path;
     }
   }
-  for (const auto& [folder, allowed] : kAllowed) EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
+  for (const auto& [folder, allowed] : kAllowed)
+    EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
 }
 
 TEST(Includes, TheTableHasNoCycle) {
@@ -68,7 +69,8 @@ TEST(Includes, TheTableHasNoCycle) {
 }
 
 TEST(Includes, OnlineKnowsNoOfflineFolder) {
-  for (const std::string online : {"core", "tissue", "rom", "estimation", "qp", "mpc", "loop", "rt"}) {
+  for (const std::string online :
+       {"core", "tissue", "rom", "estimation", "qp", "mpc", "loop", "rt"}) {
     for (const std::string offline : {"fom", "mor", "config", "run", "report"}) {
       EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
     }

@@ -1,4 +1,5 @@
-// The one exception type: its message has every part that there is, and no separators for those that are not.
+// The one exception type: its message has every part that there is, and no separators for those
+// that are not.
 #include "photocoag/core/error.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ TEST(Error, NamesEverythingThatIsKnown) {
                                .problem = "not usable",
                                .found = "-1",
                                .accepted = "above 0"});
-  EXPECT_STREQ(error.what(), "a.toml:3: control.period_ms: not usable; found -1; accepted: above 0");
+  EXPECT_STREQ(error.what(),
+               "a.toml:3: control.period_ms: not usable; found -1; accepted: above 0");
 }
 
 TEST(Error, NeedsNoProblemWhenFoundAndAcceptedSayItAll) {
@@ -34,7 +36,9 @@ TEST(Error, NeedsNoProblemWhenFoundAndAcceptedSayItAll) {
 TEST(Error, HasNoStraySeparatorForAnySubsetOfParts) {
   const std::string names[5] = {"WHERE", "KEY", "PROBLEM", "FOUND", "ACCEPTED"};
   for (unsigned subset = 1; subset < 32; ++subset) {
-    const auto part = [&](unsigned i) { return (subset >> i & 1U) != 0 ? names[i] : std::string(); };
+    const auto part = [&](unsigned i) {
+      return (subset >> i & 1U) != 0 ? names[i] : std::string();
+    };
     const std::string text = Error(ErrorParts{.where = part(0),
                                               .key = part(1),
                                               .problem = part(2),
@@ -77,8 +81,8 @@ TEST(Check, BetweenIncludesItsEndsAndRefusesWhatIsNotFinite) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   EXPECT_NO_THROW(require_between(-1.0, -1.0, 2.0, "k"));
   EXPECT_NO_THROW(require_between(2.0, -1.0, 2.0, "k"));
-  for (const double bad : {std::nextafter(-1.0, -2.0), std::nextafter(2.0, 3.0), kInfinity, -kInfinity,
-                           std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double bad : {std::nextafter(-1.0, -2.0), std::nextafter(2.0, 3.0), kInfinity,
+                           -kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
     const std::string message = message_of([bad] { require_between(bad, -1.0, 2.0, "some.key"); });
     EXPECT_NE(message.find("some.key"), std::string::npos) << bad;
     EXPECT_NE(message.find("from -1 to 2"), std::string::npos) << bad;
@@ -92,8 +96,9 @@ TEST(Check, PositiveExcludesZero) {
   EXPECT_NO_THROW(require_positive(1.0, 1.0, "k"));
   for (const double bad : {0.0, -0.0, -1.0, 1.0000001, std::numeric_limits<double>::infinity(),
                            std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_NE(message_of([bad] { require_positive(bad, 1.0, "some.key"); }).find("above 0, at most 1"),
-              std::string::npos)
+    EXPECT_NE(
+        message_of([bad] { require_positive(bad, 1.0, "some.key"); }).find("above 0, at most 1"),
+        std::string::npos)
         << bad;
   }
 }

@@ -1,5 +1,5 @@
-// Counter-based random numbers. All seeds are fixed, so no test here can fail by chance; the bounds are those a
-// good generator misses once in a thousand seeds or less.
+// Counter-based random numbers. All seeds are fixed, so no test here can fail by chance; the bounds
+// are those a good generator misses once in a thousand seeds or less.
 #include "photocoag/core/random.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,8 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // Largest distance between the empirical and the given distribution, times sqrt(n).
-double kolmogorov_smirnov(std::vector<double> values, const std::function<double(double)>& cumulative) {
+double kolmogorov_smirnov(std::vector<double> values,
+                          const std::function<double(double)>& cumulative) {
   std::sort(values.begin(), values.end());
   const double n = static_cast<double>(values.size());
   double distance = 0.0;
@@ -53,21 +54,24 @@ double kolmogorov_smirnov(std::vector<double> values, const std::function<double
 }
 
 // Known answer of Philox 4x32-10 from the Random123 library (kat_vectors): counter 0, key 0 gives
-// 6627e8d5 e169c58d bc57ac4c 9b00dbd8. A change of generator or of word order changes every recorded run.
+// 6627e8d5 e169c58d bc57ac4c 9b00dbd8. A change of generator or of word order changes every
+// recorded run.
 TEST(Random, IsPhiloxWithTheDocumentedWordOrder) {
   const std::uint64_t bits = 0x6627e8d5e169c58dULL >> 11;
   const double expected = (static_cast<double>(bits) + 0.5) * 0x1.0p-53;
   EXPECT_EQ(uniform(0, 0, static_cast<RandomStream>(0)), expected);
   const std::uint64_t second_bits = 0xbc57ac4c9b00dbd8ULL >> 11;
   const double second = (static_cast<double>(second_bits) + 0.5) * 0x1.0p-53;
-  EXPECT_DOUBLE_EQ(standard_normal(0, 0, static_cast<RandomStream>(0)),
-                   std::sqrt(-2.0 * std::log(expected)) * std::cos(2.0 * std::numbers::pi * second));
+  EXPECT_DOUBLE_EQ(
+      standard_normal(0, 0, static_cast<RandomStream>(0)),
+      std::sqrt(-2.0 * std::log(expected)) * std::cos(2.0 * std::numbers::pi * second));
 }
 
 TEST(Random, ValueDoesNotDependOnWhatWasDrawnBefore) {
   const double first = standard_normal(7, 1000, RandomStream::kTest);
   std::vector<double> forward;
-  for (std::uint64_t i = 0; i < 100; ++i) forward.push_back(standard_normal(7, i, RandomStream::kTest));
+  for (std::uint64_t i = 0; i < 100; ++i)
+    forward.push_back(standard_normal(7, i, RandomStream::kTest));
   for (std::uint64_t i = 100; i-- > 0;) {
     uniform(8, i, RandomStream::kMeasurementNoise);
     EXPECT_EQ(standard_normal(7, i, RandomStream::kTest), forward[i]);
@@ -85,7 +89,8 @@ TEST(Random, EveryBitOfTheKeyChangesTheValue) {
               uniform(0, std::uint64_t{1} << bit, RandomStream::kTest))
         << bit;
   }
-  EXPECT_NE(uniform(0, 0, RandomStream::kMeasurementNoise), uniform(0, 0, RandomStream::kOnOffPower));
+  EXPECT_NE(uniform(0, 0, RandomStream::kMeasurementNoise),
+            uniform(0, 0, RandomStream::kOnOffPower));
 }
 
 TEST(Random, UniformStaysInsideTheOpenInterval) {
@@ -116,22 +121,24 @@ TEST(Random, NormalMoments) {
 // 1.95: exceeded by the true distribution with probability 1e-3.
 TEST(Random, PassesKolmogorovSmirnov) {
   for (std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{123456789012}}) {
-    EXPECT_LT(kolmogorov_smirnov(normals(seed, RandomStream::kMeasurementNoise),
-                                 [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }),
-              1.95);
-    EXPECT_LT(kolmogorov_smirnov(
-                  draw([=](std::uint64_t i) { return uniform(seed, i, RandomStream::kOnOffPower); }),
-                  [](double x) { return x; }),
+    EXPECT_LT(
+        kolmogorov_smirnov(normals(seed, RandomStream::kMeasurementNoise),
+                           [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }),
+        1.95);
+    EXPECT_LT(kolmogorov_smirnov(draw([=](std::uint64_t i) {
+                                   return uniform(seed, i, RandomStream::kOnOffPower);
+                                 }),
+                                 [](double x) { return x; }),
               1.95);
   }
 }
 
 // A test of a test: the same bound catches a normal that is 3 % too wide.
 TEST(Random, KolmogorovSmirnovCanFail) {
-  EXPECT_GT(
-      kolmogorov_smirnov(normals(1, RandomStream::kMeasurementNoise),
-                         [](double x) { return 0.5 * std::erfc(-x / (1.03 * std::numbers::sqrt2)); }),
-      1.95);
+  EXPECT_GT(kolmogorov_smirnov(
+                normals(1, RandomStream::kMeasurementNoise),
+                [](double x) { return 0.5 * std::erfc(-x / (1.03 * std::numbers::sqrt2)); }),
+            1.95);
 }
 
 TEST(Random, SeedsStreamsAndCyclesAreUncorrelated) {
@@ -139,14 +146,16 @@ TEST(Random, SeedsStreamsAndCyclesAreUncorrelated) {
   const double bound = 4.0 / std::sqrt(double(kCount));
   const std::vector<double> x = normals(1, RandomStream::kMeasurementNoise);
   EXPECT_LT(std::abs(correlation(x, normals(2, RandomStream::kMeasurementNoise))), bound);
-  EXPECT_LT(std::abs(correlation(x, normals(std::uint64_t{1} << 32, RandomStream::kMeasurementNoise))),
-            bound);
+  EXPECT_LT(
+      std::abs(correlation(x, normals(std::uint64_t{1} << 32, RandomStream::kMeasurementNoise))),
+      bound);
   EXPECT_LT(std::abs(correlation(x, normals(1, RandomStream::kOnOffPower))), bound);
   EXPECT_LT(std::abs(correlation(x, normals(1, RandomStream::kTest))), bound);
   for (const std::uint64_t lag : {1, 2, 16}) {
     EXPECT_LT(std::abs(correlation(x, draw([=](std::uint64_t i) {
-                return standard_normal(1, i + lag, RandomStream::kMeasurementNoise);
-              }))),
+                                     return standard_normal(1, i + lag,
+                                                            RandomStream::kMeasurementNoise);
+                                   }))),
               bound)
         << lag;
   }

@@ -59,14 +59,14 @@ TEST(StepResponse, ImplicitEulerAdvancesInWholePeriods) {
 
 TEST(StepResponse, ImplicitEulerRefusesTimesBetweenPeriodsBeforeAnyStep) {
   FirstOrder system(Discretization::kImplicitEuler);
-  EXPECT_THROW(
-      sample_step_response(system, Discretization::kImplicitEuler, 0.1, 2.0, {0.1, 0.25}), Error);
+  EXPECT_THROW(sample_step_response(system, Discretization::kImplicitEuler, 0.1, 2.0, {0.1, 0.25}),
+               Error);
   EXPECT_EQ(system.steps, 0);
 }
 
 TEST(StepResponse, WholePeriodsToleratesRoundingOnly) {
   EXPECT_EQ(whole_periods(0.0, 1e-3), 0U);
-  EXPECT_EQ(whole_periods(0.3, 0.1), 3U);     // 0.3 / 0.1 is not 3 in binary
+  EXPECT_EQ(whole_periods(0.3, 0.1), 3U);  // 0.3 / 0.1 is not 3 in binary
   EXPECT_EQ(whole_periods(1e4, 1e-4), 100000000U);
   EXPECT_EQ(whole_periods(0.4 * (1.0 + 1e-12), 1e-3), 400U);
   EXPECT_THROW(whole_periods(0.4001, 1e-3), Error);

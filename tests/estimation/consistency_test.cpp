@@ -1,4 +1,5 @@
-// The filter as a statistician sees it: units play no part, it converges, and it knows how wrong it is.
+// The filter as a statistician sees it: units play no part, it converges, and it knows how wrong it
+// is.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +7,7 @@
 #include "estimation/test_models.hpp"
 #include "photocoag/loop/controller.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 namespace {
 
 struct LoopState {
@@ -17,7 +18,8 @@ struct LoopState {
   double peak_sigma;
 };
 
-/// 250 cycles of controller and reduced eye, each controller with a model of its own, same eye and noise.
+/// 250 cycles of controller and reduced eye, each controller with a model of its own, same eye and
+/// noise.
 std::vector<LoopState> closed_loop(const ReducedModel& controller_model, double alpha,
                                    std::uint64_t seed) {
   Controller controller(controller_model, {}, {});
@@ -27,9 +29,9 @@ std::vector<LoopState> closed_loop(const ReducedModel& controller_model, double 
   double power = controller.decide().power;
   for (int k = 0; k < 250; ++k) {
     plant.step(power);
-    const Estimate estimate = controller.observe(
-        {.volume_temperature = plant.outputs().volume + 0.288 * draw.normal(),
-         .applied_power = power});
+    const Estimate estimate =
+        controller.observe({.volume_temperature = plant.outputs().volume + 0.288 * draw.normal(),
+                            .applied_power = power});
     states.push_back({power, estimate.absorption_factor, estimate.absorption_sigma,
                       estimate.outputs.peak, estimate.peak_sigma});
     power = controller.decide().power;
@@ -64,8 +66,8 @@ TEST(Consistency, AlphaConvergesOnAMatchedEyeAndKnowsItsError) {
     ASSERT_LT(last.alpha_sigma, 0.03 * alpha);
     outside += std::abs(last.alpha - alpha) > 2.0 * last.alpha_sigma ? 1 : 0;
   }
-  // 4.6 % are expected outside of two standard deviations: 9 of 200, standard deviation 3. The filter linearizes
-  // and its unknown power is not there in truth, hence room on both sides.
+  // 4.6 % are expected outside of two standard deviations: 9 of 200, standard deviation 3. The
+  // filter linearizes and its unknown power is not there in truth, hence room on both sides.
   EXPECT_LE(outside, 24);
 }
 
@@ -104,4 +106,4 @@ TEST(Consistency, InnovationsAreAsLargeAsTheFilterExpects) {
 }
 
 }  // namespace
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

@@ -11,7 +11,7 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/mor/reduce.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 /// Deterministic random numbers.
 class Draw {
@@ -30,7 +30,7 @@ class Draw {
 };
 
 /// A coarse grid: the model's accuracy plays no part in these tests, its structure does.
-inline std::shared_ptr<const FullOrderModel> coarse_full_model() {
+inline std::shared_ptr<const FullOrderModel> small_full_model() {
   static const auto full =
       std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{.min_cells = 4000});
   return full;
@@ -38,13 +38,13 @@ inline std::shared_ptr<const FullOrderModel> coarse_full_model() {
 
 inline const ReducedModel& model_1khz() {
   static const ReducedModel model =
-      reduce(coarse_full_model(), {}, 1e-3, Discretization::kZeroOrderHold);
+      reduce(small_full_model(), {}, 1e-3, Discretization::kZeroOrderHold);
   return model;
 }
 
 inline const ReducedModel& model_250hz() {
   static const ReducedModel model =
-      reduce(coarse_full_model(), {}, 4e-3, Discretization::kZeroOrderHold);
+      reduce(small_full_model(), {}, 4e-3, Discretization::kZeroOrderHold);
   return model;
 }
 
@@ -53,8 +53,9 @@ inline Eigen::MatrixXd random_orthogonal(int n, Draw& draw) {
   return random.householderQr().householderQ();
 }
 
-/// The same model in the coordinates T x with T = D M: M random with condition number 3, D diagonal with
-/// scales from 1e-6 to 1e6. (A full T with a condition of 1e12 would lose the digits in the product itself.)
+/// The same model in the coordinates T x with T = D M: M random with condition number 3, D diagonal
+/// with scales from 1e-6 to 1e6. (A full T with a condition of 1e12 would lose the digits in the
+/// product itself.)
 inline ReducedModel rescaled(const ReducedModel& model, std::uint64_t seed) {
   Draw draw(seed);
   const int n = model.order();
@@ -79,4 +80,4 @@ inline ReducedModel rescaled(const ReducedModel& model, std::uint64_t seed) {
   return result;
 }
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

@@ -1,6 +1,6 @@
-// Role: tests; the extended Kalman filter as a textbook prints it: dense matrices in long double, written from
-// the nonlinear map z+ = f(z, u), y = h(z) of the paper's extended dynamics. Shares no code with the filter under
-// test but the model's B(alpha) and C_vol(alpha).
+// Role: tests; the extended Kalman filter as a textbook prints it: dense matrices in long double,
+// written from the nonlinear map z+ = f(z, u), y = h(z) of the paper's extended dynamics. Shares no
+// code with the filter under test but the model's B(alpha) and C_vol(alpha).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 using Real = long double;
 using RealVector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
@@ -32,8 +32,8 @@ class TextbookFilter {
     const RealMatrix F = jacobian_f(u);
     RealVector b = RealVector::Zero(n_ + 1);
     b.head(n_) = at(z[n_]).input.cast<Real>();
-    RealMatrix Q = Real(settings_.power_process_noise) * settings_.power_process_noise * b *
-                   b.transpose();
+    RealMatrix Q =
+        Real(settings_.power_process_noise) * settings_.power_process_noise * b * b.transpose();
     Q(n_, n_) += Real(settings_.absorption_process_noise) * settings_.absorption_process_noise;
     z = f(z, u);
     P = (F * P * F.transpose() + Q).eval();
@@ -109,8 +109,8 @@ class TextbookFilter {
     return H;
   }
 
-  // Central difference of fourth order. alpha: step 1e-3, truncation about 1e-12, the model's rounding
-  // 1e-16 / 1e-3. The map is linear in x: any step is exact there.
+  // Central difference of fourth order. alpha: step 1e-3, truncation about 1e-12, the model's
+  // rounding 1e-16 / 1e-3. The map is linear in x: any step is exact there.
   template <typename Map>
   RealVector difference(const Map& map, int j) const {
     const Real step = 1e-3L;
@@ -128,4 +128,4 @@ class TextbookFilter {
   int n_;
 };
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

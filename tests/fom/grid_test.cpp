@@ -49,8 +49,8 @@ TEST(Grid, MeetsItsPromisesForManyTissuesAndSizes) {
         EXPECT_TRUE(has_face(grid.axial, depth)) << layer.name;
       }
       EXPECT_NEAR(grid.axial.faces.back(), depth, 1e-15);
-      // Neighbours of much different width cost the second order. Grading alone gives 1.035 and less; the
-      // rest is whole numbers of cells per layer (a layer of 4 um between two others).
+      // Neighbours of much different width cost the second order. Grading alone gives 1.035 and
+      // less; the rest is whole numbers of cells per layer (a layer of 4 um between two others).
       if (wanted >= 80000) {
         EXPECT_LE(largest_ratio(grid.radial), 1.06);
         EXPECT_LE(largest_ratio(grid.axial), 1.25);

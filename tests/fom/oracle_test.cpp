@@ -29,8 +29,9 @@ std::vector<double> times_of(const std::vector<OracleRow>& rows) {
   return times;
 }
 
-// What is promised: 0.05 % from 0.5 ms on, 0.1 % at 0.25 ms where the front of the heat is thinnest, 0.2 % at 1 s
-// where the heat has noticed that the domain ends at 2 mm and the oracle's does not.
+// What is promised: 0.05 % from 0.5 ms on, 0.1 % at 0.25 ms where the front of the heat is
+// thinnest, 0.2 % at 1 s where the heat has noticed that the domain ends at 2 mm and the oracle's
+// does not.
 double tolerance(double time) {
   if (time < 0.5e-3) return 1e-3;
   return time > 0.5 ? 2e-3 : 5e-4;
@@ -73,8 +74,8 @@ TEST(Oracle, StepResponsesAgree) {
   RecordProperty("worst_relative_error", std::to_string(worst));
 }
 
-// Three nested grids against the exact values. Times at which neither the finite radius nor the oracle's last
-// digit shows beside the grid's error.
+// Three nested grids against the exact values. Times at which neither the finite radius nor the
+// oracle's last digit shows beside the grid's error.
 TEST(Oracle, SpatialOrderIsTwo) {
   for (const OracleCase& oracle : {oracle_cases()[1], oracle_cases()[3]}) {
     std::vector<OracleRow> rows;

@@ -1,5 +1,5 @@
-// The modal model against one dense matrix of the same balance of heat (dense_operator.hpp): operator, modes,
-// source, outputs and both time discretizations.
+// The modal model against one dense matrix of the same balance of heat (dense_operator.hpp):
+// operator, modes, source, outputs and both time discretizations.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -44,8 +44,8 @@ TEST(Separability, EigenpairsOfTheDenseOperator) {
         field.segment(z * in_radius.size(), in_radius.size()) = in_depth[z] * in_radius;
       }
       const double rate = radial.rates[i] + axial.rates[j];
-      // Residual in the energy norm, where the operator is symmetric and the eigenvectors orthonormal;
-      // some 100 roundings of the largest entry.
+      // Residual in the energy norm, where the operator is symmetric and the eigenvectors
+      // orthonormal; some 100 roundings of the largest entry.
       const VectorXd root = op.heat_capacity.cwiseSqrt();
       const VectorXd residual = (op.A * field + rate * field).cwiseProduct(root);
       EXPECT_LT(residual.norm() / field.cwiseProduct(root).norm(), 1e-13 * scale) << i << ' ' << j;
@@ -59,11 +59,13 @@ TEST(Separability, ModesAreOrthonormalInTheEnergyProductAndDecay) {
     const FullOrderModel model(tissue, GridSettings{.min_cells = 20000});
     for (const Modes* modes : {&model.radial(), &model.axial()}) {
       const MatrixXd product = modes->vectors.transpose() * modes->vectors;
-      EXPECT_LT((product - MatrixXd::Identity(modes->size(), modes->size())).cwiseAbs().maxCoeff(), 1e-12);
+      EXPECT_LT((product - MatrixXd::Identity(modes->size(), modes->size())).cwiseAbs().maxCoeff(),
+                1e-12);
       EXPECT_GT(modes->rates[0], 0.0);
       for (Index i = 1; i < modes->size(); ++i) EXPECT_GE(modes->rates[i], modes->rates[i - 1]);
     }
-    // The slowest decays of a slab and of a cylinder, to the accuracy of a grid that is coarse far away.
+    // The slowest decays of a slab and of a cylinder, to the accuracy of a grid that is coarse far
+    // away.
     const double slab = std::numbers::pi / tissue.depth();
     EXPECT_NEAR(model.axial().rates[0] / (tissue.diffusivity() * slab * slab), 1.0, 0.01);
     const double cylinder = 2.404825557695773 / tissue.domain_radius;  // first zero of J0
@@ -74,7 +76,8 @@ TEST(Separability, ModesAreOrthonormalInTheEnergyProductAndDecay) {
 TEST(Separability, OperatorIsSymmetricInTheEnergyProductAndNegative) {
   const DenseOperator op = dense_operator(Tissue{}, small_grid(), 1.0);
   const MatrixXd energy = op.heat_capacity.asDiagonal() * op.A;
-  EXPECT_LT((energy - energy.transpose()).cwiseAbs().maxCoeff(), 1e-15 * energy.cwiseAbs().maxCoeff());
+  EXPECT_LT((energy - energy.transpose()).cwiseAbs().maxCoeff(),
+            1e-15 * energy.cwiseAbs().maxCoeff());
   const FullOrderModel model(Tissue{}, small_grid());
   const double largest = model.radial().rates.tail(1)[0] + model.axial().rates.tail(1)[0];
   const VectorXd root = op.heat_capacity.cwiseSqrt();
@@ -133,7 +136,8 @@ TEST(Separability, SteppingEqualsTheDenseMatrixExponential) {
 
 // What heats is what is measured: C_volume is proportional to the energy product with B.
 TEST(Separability, VolumeOutputIsTheAdjointOfTheInput) {
-  const auto model = std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{.min_cells = 5000});
+  const auto model =
+      std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{.min_cells = 5000});
   ModalStepper stepper(model, Discretization::kZeroOrderHold, 1e-3);
   for (int i = 0; i < 30; ++i) stepper.step(1.0);
   const auto weight = [&](double alpha) {  // per cell: share of the spot times absorbed fraction
@@ -141,8 +145,9 @@ TEST(Separability, VolumeOutputIsTheAdjointOfTheInput) {
     const Grid& grid = model->grid();
     for (Index i = 0; i < values.rows(); ++i) {
       if (grid.radial.faces[i + 1] > Tissue{}.spot_radius * (1 + 1e-12)) continue;
-      const double share = (std::pow(grid.radial.faces[i + 1], 2) - std::pow(grid.radial.faces[i], 2)) /
-                           std::pow(Tissue{}.spot_radius, 2);
+      const double share =
+          (std::pow(grid.radial.faces[i + 1], 2) - std::pow(grid.radial.faces[i], 2)) /
+          std::pow(Tissue{}.spot_radius, 2);
       for (Index j = 0; j < values.cols(); ++j) {
         values(i, j) = share * (testing::transmitted(Tissue{}, alpha, grid.axial.faces[j]) -
                                 testing::transmitted(Tissue{}, alpha, grid.axial.faces[j + 1]));
@@ -157,7 +162,8 @@ TEST(Separability, VolumeOutputIsTheAdjointOfTheInput) {
   EXPECT_NEAR(measured(0.4, 1.5) / measured(1.5, 0.4), 1.0, 1e-11);
   EXPECT_GT(std::abs(measured(0.4, 0.4) / measured(1.5, 1.5) - 1.0), 0.1);
   for (const double alpha : {0.4, 1.5}) {
-    EXPECT_NEAR(measured(alpha, alpha) / stepper.outputs(model->output_weights(alpha)).volume, 1.0, 1e-11);
+    EXPECT_NEAR(measured(alpha, alpha) / stepper.outputs(model->output_weights(alpha)).volume, 1.0,
+                1e-11);
   }
 }
 

@@ -1,4 +1,5 @@
-// Time discretization of the full-order model: order, bias, and what implicit Euler really computes.
+// Time discretization of the full-order model: order, bias, and what implicit Euler really
+// computes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,8 +41,8 @@ TEST(Time, ImplicitEulerIsOfOrderOne) {
   }
 }
 
-// The bias for which zero-order hold is the default: 12 % low after the first step at 1 ms, 13 % at 4 ms, 6 to 8 %
-// after the second, 2 % after the tenth.
+// The bias for which zero-order hold is the default: 12 % low after the first step at 1 ms, 13 % at
+// 4 ms, 6 to 8 % after the second, 2 % after the tenth.
 TEST(Time, ImplicitEulerStartsTooLow) {
   const auto low = [](double period, int steps) {
     const double time = steps * period;
@@ -55,16 +56,17 @@ TEST(Time, ImplicitEulerStartsTooLow) {
   EXPECT_NEAR(low(1e-3, 10), 0.02, 0.005);
 }
 
-// n implicit Euler steps of size h from rest give the mean of the exact step response over a Gamma(n, h)
-// distributed time. The mean by the trapezoidal rule in the logarithm of time, where the integrand is
-// smooth and falls off on both sides, so that the rule converges exponentially.
+// n implicit Euler steps of size h from rest give the mean of the exact step response over a
+// Gamma(n, h) distributed time. The mean by the trapezoidal rule in the logarithm of time, where
+// the integrand is smooth and falls off on both sides, so that the rule converges exponentially.
 TEST(Time, ImplicitEulerAveragesOverAGammaDistributedTime) {
   constexpr double kSpacing = 0.04;
   for (const double period : {1e-3, 4e-3}) {
     std::vector<double> times;
     for (double v = -16.0; v < 4.6; v += kSpacing) times.push_back(period * std::exp(v));
     FullOrderPlant exact(coarse_model(), Discretization::kZeroOrderHold, period, 0.7363, 0.0);
-    const auto samples = sample_step_response(exact, Discretization::kZeroOrderHold, period, 1.0, times);
+    const auto samples =
+        sample_step_response(exact, Discretization::kZeroOrderHold, period, 1.0, times);
     for (const int steps : {1, 2, 5, 20}) {
       Outputs mean;
       double total = 0.0;

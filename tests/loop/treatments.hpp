@@ -1,4 +1,5 @@
-// Role: tests of loop and rt; closed-loop treatments from the shipped configurations and what came of them.
+// Role: tests of loop and rt; closed-loop treatments from the shipped configurations and what came
+// of them.
 #pragma once
 
 #include <atomic>
@@ -11,14 +12,15 @@
 
 #include "photocoag/run/treatment.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 inline Config shipped(const std::string& name, const std::vector<std::string>& overrides = {}) {
   return load_config(std::string(PHOTOCOAG_SOURCE_DIR) + "/configs/" + name, overrides);
 }
 
-/// Models of the default tissue at full order (more than 80,000 cells), made once per program and period; for
-/// configurations that differ in nothing a model depends on. Without the cache: nothing outside the test counts.
+/// Models of the default tissue at full order (more than 80,000 cells), made once per program and
+/// period; for configurations that differ in nothing a model depends on. Without the cache: nothing
+/// outside the test counts.
 inline ModelStore& default_models(double period) {
   const auto make = [](double period_ms) {
     return ModelStore(load_config("", {"control.period_ms=" + std::to_string(period_ms)}), false);
@@ -74,8 +76,7 @@ inline Outcome outcome(const Config& config, const std::vector<CycleRecord>& rec
     o.unsolved += solved && r.decision.gate == GateVerdict::kPassed ? 0 : 1;
   }
   o.rms = std::sqrt(squares / late);
-  o.alpha_error =
-      records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
+  o.alpha_error = records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
   return o;
 }
 
@@ -108,4 +109,4 @@ inline bool same(const std::vector<CycleRecord>& a, const std::vector<CycleRecor
   return true;
 }
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

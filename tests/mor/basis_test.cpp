@@ -39,8 +39,8 @@ TEST(ImpulseSpace, DecaysNoFasterOrSlowerThanTheFullModel) {
   }
 }
 
-// Outputs of the projection, stepped mode by mode, against the full-order model: also at alphas between those
-// it was made of, and at times and signals it has not seen.
+// Outputs of the projection, stepped mode by mode, against the full-order model: also at alphas
+// between those it was made of, and at times and signals it has not seen.
 TEST(ImpulseSpace, FollowsTheFullModel) {
   for (const Tissue& tissue : {Tissue{}, testing::literature_choroid()}) {
     const auto full = model_of(tissue, 20000);
@@ -69,7 +69,6 @@ TEST(ImpulseSpace, FollowsTheFullModel) {
         // A hundredth of what the reduced model is allowed.
         EXPECT_LT(error[0], 1e-4 * value[0]) << alpha;
         EXPECT_LT(error[1], 1e-4 * value[1]) << alpha;
-        std::printf("impulse %g %g: %.2e %.2e\n", period, alpha, error[0]/value[0], error[1]/value[1]);
       }
     }
   }
@@ -80,7 +79,8 @@ TEST(Pod, BasisIsOrthonormalAndNested) {
   const ImpulseSpace space = impulse_space(*full, kAlphas);
   const MatrixXd largest = pod_basis(*full, space, 14);
   EXPECT_EQ(largest.rows(), space.size());
-  EXPECT_LT((largest.transpose() * largest - MatrixXd::Identity(14, 14)).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_LT((largest.transpose() * largest - MatrixXd::Identity(14, 14)).cwiseAbs().maxCoeff(),
+            1e-13);
   for (const int order : {1, 6}) {
     EXPECT_EQ(pod_basis(*full, space, order), MatrixXd(largest.leftCols(order)));
   }

@@ -26,14 +26,14 @@ std::shared_ptr<const FullOrderModel> model_of(const Tissue& tissue, std::size_t
 }
 
 ReducedModel reduced(const std::shared_ptr<const FullOrderModel>& full, int order = 6,
-                     double period = 1e-3,
-                     Discretization how = Discretization::kZeroOrderHold) {
+                     double period = 1e-3, Discretization how = Discretization::kZeroOrderHold) {
   return reduce(full, {.order = order}, period, how);
 }
 
 TEST(Reduce, KeepsSymmetryAndStability) {
   for (const auto& [name, tissue] : testing::various_tissues()) {
     SCOPED_TRACE(name);
+    if (name == "single layer" || tissue.peak_layer != "RPE") continue;  // refused, see below
     const auto full = model_of(tissue, 3000);
     const ReducedModel model = reduced(full);
     ASSERT_EQ(model.order(), 6);
@@ -44,8 +44,9 @@ TEST(Reduce, KeepsSymmetryAndStability) {
     const double slowest = full->radial().rates[0] + full->axial().rates[0];
     EXPECT_LE(A.diagonal().maxCoeff(), -slowest * (1.0 - 1e-9));
     // The volume output is the input's adjoint: B_j = input_gain * C_j'.
-    EXPECT_LT((MatrixXd(model.B) - full->input_gain() * MatrixXd(model.C_volume).transpose()).norm(),
-              1e-15 * MatrixXd(model.B).norm());
+    EXPECT_LT(
+        (MatrixXd(model.B) - full->input_gain() * MatrixXd(model.C_volume).transpose()).norm(),
+        1e-15 * MatrixXd(model.B).norm());
     EXPECT_GE(model.C_peak.minCoeff(), 0.0);
     EXPECT_EQ(model.tissue, tissue);
     EXPECT_EQ(model.full_order_states, full->states());
@@ -53,8 +54,20 @@ TEST(Reduce, KeepsSymmetryAndStability) {
   }
 }
 
-// For a symmetric model the volume's steady gain c'(-A)^-1 c is the largest value of 2 c'x + x'Ax: a
-// projection finds at most that, and a larger space finds more.
+// Behind much of what alpha scales, more alpha means less light: there the peak falls with alpha,
+// and the controller's models may not.
+TEST(Reduce, RefusesAPeakThatFallsWithAlpha) {
+  Tissue deep;
+  deep.peak_layer = "choroid";
+  Tissue thick;
+  thick.layers = {{"RPE", 300e-6, 5000.0, true}};
+  for (const Tissue& tissue : {deep, thick}) {
+    EXPECT_EQ(testing::thrown_by([&] { reduced(model_of(tissue, 3000)); }).key, "C_peak");
+  }
+}
+
+// For a symmetric model the volume's steady gain c'(-A)^-1 c is the largest value of 2 c'x + x'Ax:
+// a projection finds at most that, and a larger space finds more.
 TEST(Reduce, VolumeSteadyGainGrowsTowardTheFullModels) {
   const auto full = model_of(Tissue{});
   const double alpha = 0.9;
@@ -75,10 +88,12 @@ TEST(Reduce, VolumeSteadyGainGrowsTowardTheFullModels) {
     EXPECT_GE(gain, last * (1.0 - 1e-12)) << order;
     last = gain;
   }
-  EXPECT_NEAR(last / exact, 1.0, 1e-3);
+  // The basis is made for 400 ms, at which the gain is still 6 % away from its end.
+  EXPECT_NEAR(last / exact, 1.0, 0.01);
 }
 
-// The reduced model against the same projection with the exact B(alpha) and C_vol(alpha) in place of DEIM's.
+// The reduced model against the same projection with the exact B(alpha) and C_vol(alpha) in place
+// of DEIM's.
 TEST(Reduce, DeimAddsNextToNothing) {
   for (const Tissue& tissue : {Tissue{}, testing::literature_choroid()}) {
     const auto full = model_of(tissue, 20000);
@@ -88,7 +103,8 @@ TEST(Reduce, DeimAddsNextToNothing) {
     for (int i = 0; i < 8; ++i) alphas.push_back(0.25 * std::pow(8.0, i / 7.0));
     const ImpulseSpace space = impulse_space(*full, alphas);
     const MatrixXd basis = pod_basis(*full, space, model.order());
-    ReducedModel exact = model;  // one term, the constant 1 as an "absorbed fraction": exp(0) - exp(-1000)
+    ReducedModel exact =
+        model;  // one term, the constant 1 as an "absorbed fraction": exp(0) - exp(-1000)
     exact.theta = {.points = {AbsorbedFraction{0.0, 0.0, 1000.0, 0.0}}, .terms = 1};
     exact.A = basis.transpose() * (-space.rates).asDiagonal() * basis;
     exact.C_peak = basis.transpose() * space.peak;
@@ -105,7 +121,8 @@ TEST(Reduce, DeimAddsNextToNothing) {
       for (const double u : on_off_power(0.4, 1e-3, 10e-3, 9)) {
         with_deim.step(u);
         without.step(u);
-        error.peak = std::max(error.peak, std::abs(with_deim.outputs().peak - without.outputs().peak));
+        error.peak =
+            std::max(error.peak, std::abs(with_deim.outputs().peak - without.outputs().peak));
         error.volume =
             std::max(error.volume, std::abs(with_deim.outputs().volume - without.outputs().volume));
         value.peak = std::max(value.peak, without.outputs().peak);
@@ -114,7 +131,6 @@ TEST(Reduce, DeimAddsNextToNothing) {
       worst = std::max({worst, error.peak / value.peak, error.volume / value.volume});
     }
     EXPECT_LT(worst, 1e-5);
-    std::printf("deim %.3e\n", worst);
   }
 }
 
@@ -156,8 +172,8 @@ TEST(OnOffPower, SwitchesAtWholePeriodsWithTheMeanDwellAskedFor) {
     ASSERT_TRUE(power[i] == 0.0 || power[i] == 1.0);
     switchings += i > 0 && power[i] != power[i - 1] ? 1 : 0;
   }
-  // Mean of ceil(t / h) for t exponential with mean m: 1 / (1 - exp(-h / m)) = 10.5 periods; about 9500
-  // dwells, so the mean is known to 1 %.
+  // Mean of ceil(t / h) for t exponential with mean m: 1 / (1 - exp(-h / m)) = 10.5 periods; about
+  // 9500 dwells, so the mean is known to 1 %.
   EXPECT_NEAR(100000.0 / static_cast<double>(switchings + 1), 10.508, 0.35);
   EXPECT_EQ(power, on_off_power(100.0, period, 10e-3, 5));
   EXPECT_NE(power, on_off_power(100.0, period, 10e-3, 6));

@@ -6,7 +6,7 @@
 #include "mpc/paper_cost.hpp"
 #include "photocoag/core/error.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 namespace {
 
 Instance random_instance(Draw& draw, const ReducedModel& model, const ControlSettings& settings) {
@@ -62,8 +62,8 @@ TEST(Condensing, CostDifferencesAreThoseOfTheSimulatedModel) {
             const Real expected = paper_cost(ocp, one) - paper_cost(ocp, two);
             const Real found = objective(qp, one, 0.1) - objective(qp, two, 0.1);
             // The program's entries are doubles, rounded at the size of the cost itself.
-            const Real scale = paper_cost(ocp, one) + paper_cost(ocp, two) +
-                               std::abs(objective(qp, one, 0.1));
+            const Real scale =
+                paper_cost(ocp, one) + paper_cost(ocp, two) + std::abs(objective(qp, one, 0.1));
             ASSERT_NEAR(static_cast<double>((found - expected) / scale), 0.0, 1e-13)
                 << "N " << horizon << ", R1 " << r1 << ", R2 " << r2 << ", n " << cycle;
             ASSERT_TRUE(qp.hessian == qp.hessian.transpose());
@@ -77,8 +77,8 @@ TEST(Condensing, CostDifferencesAreThoseOfTheSimulatedModel) {
 TEST(Condensing, DelayedWeightWaivesOutputsOneToThreeOnly) {
   // At n = 3 all scored outputs are later than 3; at n = 2 the first one is not scored.
   Draw draw(5);
-  ControlSettings settings{.horizon = 4, .state_weight = StateWeight::kDelayed,
-                           .power_weight = 5e1};
+  ControlSettings settings{
+      .horizon = 4, .state_weight = StateWeight::kDelayed, .power_weight = 5e1};
   Instance ocp = random_instance(draw, model_1khz(), settings);
   const auto hessian_at = [&](long long cycle, StateWeight kind) {
     ControlSettings s = settings;
@@ -109,14 +109,15 @@ TEST(Condensing, LimitRowsAreSimulatedPeaks) {
         problem.condense(ocp.data(), qp);
         const auto power = random_powers(draw, horizon - 1);
         const auto peaks = simulated_peaks(ocp, power);
-        const auto least =
-            simulated_peaks(ocp, std::vector<Real>(static_cast<std::size_t>(horizon) - 1, power_min));
+        const auto least = simulated_peaks(
+            ocp, std::vector<Real>(static_cast<std::size_t>(horizon) - 1, power_min));
         bool relaxed = false;
         for (int k = 0; k < horizon - 1; ++k) {
           Real sum = 0;
           for (int j = 0; j < horizon - 1; ++j) sum += qp.rows(k, j) * power[j] / Real(0.1);
           const Real allowed = std::max<Real>(settings.peak_max, least[k]);
-          // Slack of the row = allowed peak - simulated peak; rounding of sums of up to 50 terms of 30 K.
+          // Slack of the row = allowed peak - simulated peak; rounding of sums of up to 50 terms of
+          // 30 K.
           ASSERT_NEAR(static_cast<double>(qp.limit[k] - sum),
                       static_cast<double>(allowed - peaks[k]), 1e-11);
           ASSERT_NEAR(problem.free_response(k + 1), static_cast<double>(least[k]), 1e-11);
@@ -140,7 +141,8 @@ TEST(Condensing, ReferencePowerHoldsTheReferenceForEver) {
       StateVector state = StateVector::Zero(model->order());
       for (int k = 0; k < 100000; ++k) state = (model->A_d * state + input * power).eval();
       EXPECT_NEAR(model->C_peak.dot(state), 30.0, 30.0 * 1e-11) << "alpha " << alpha;
-      // Per watt it is the model's own steady gain of domain.md, 1.0 to 1.5 K/mW: tens of milliwatts.
+      // Per watt it is the model's own steady gain of domain.md, 1.0 to 1.5 K/mW: tens of
+      // milliwatts.
       EXPECT_GT(power, 0.015);
       EXPECT_LT(power, 0.045);
     }
@@ -181,4 +183,4 @@ TEST(Condensing, RefusesAnotherPeriodAndAProblemWithoutUniqueAnswer) {
 }
 
 }  // namespace
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

@@ -10,7 +10,7 @@
 #include "qp/oracle.hpp"
 #include "support/heap_guard.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 namespace {
 
 using Mpc = ModelPredictiveController<DenseSolver>;
@@ -39,12 +39,15 @@ TEST(Mpc, FirstPowerIsTheOneOfTheEnumeratedMinimizer) {
         const StateVector state =
             reachable_state(model_1khz(), draw, draw.integer(0, 60), draw.between(0.0, 0.1));
         const StateVector input = input_at(model_1khz(), draw.between(0.2, 2.0));
-        const MpcResult result = mpc.solve(state, input, draw.integer(0, 5), draw.between(0.0, 0.1));
+        const MpcResult result =
+            mpc.solve(state, input, draw.integer(0, 5), draw.between(0.0, 0.1));
         ASSERT_EQ(result.solver_status, QpStatus::kSolved);
-        // Relaxed rows touch the box in one corner only: the oracle needs room for its own rounding.
+        // Relaxed rows touch the box in one corner only: the oracle needs room for its own
+        // rounding.
         const qp_exam::Truth truth = qp_exam::Oracle(mpc.problem(), 1e-13L).solve();
         ASSERT_TRUE(truth.feasible);
-        // 1e-9 of the range: the room given to the rows, times the condition of a plan without penalties.
+        // 1e-9 of the range: the room given to the rows, times the condition of a plan without
+        // penalties.
         ASSERT_NEAR(result.power, static_cast<double>(truth.power[0]) * 0.1, 1e-9 * 0.1)
             << "N " << horizon << ", R1 " << settings.power_weight << ", R2 "
             << settings.power_change_weight;
@@ -90,7 +93,8 @@ TEST(Mpc, NoStateMakesTheProblemUnsolvable) {
           StateVector state = reachable_state(model_1khz(), draw, 20, 0.1);
           const StateVector noise =
               StateVector::NullaryExpr(6, [&] { return draw.normal() * state.norm(); });
-          state = (state + draw.between(0.0, 1.0) * noise) * std::pow(10.0, draw.between(-3.0, 4.0));
+          state =
+              (state + draw.between(0.0, 1.0) * noise) * std::pow(10.0, draw.between(-3.0, 4.0));
           const StateVector input = input_at(model_1khz(), draw.between(0.2, 2.0));
           const MpcResult result = mpc.solve(state, input, repeat, draw.between(0.0, 0.1));
           ASSERT_EQ(result.solver_status, QpStatus::kSolved)
@@ -122,7 +126,9 @@ TEST(Mpc, PlanKeepsTheLimitOfItsOwnModel) {
     const ControlSettings settings{.horizon = 10, .power_change_weight = 5e4};
     Mpc mpc(model_1khz(), settings);
     const StateVector state = reachable_state(model_1khz(), draw, 12, 0.08);
-    const Instance ocp{.model = model_1khz(), .settings = settings, .state = state,
+    const Instance ocp{.model = model_1khz(),
+                       .settings = settings,
+                       .state = state,
                        .input = input_at(model_1khz(), draw.between(0.7, 1.5))};
     const MpcResult result = mpc.solve(state, ocp.input, 5, 0.1);
     ASSERT_EQ(result.solver_status, QpStatus::kSolved);
@@ -171,7 +177,8 @@ TEST(Mpc, ResultsDoNotDependOnTheReducedStatesScale) {
       }
       const MpcResult a = original.solve(state, input, 4, 0.02);
       const MpcResult b = changed.solve(scaled_state, scaled_input, 4, 0.02);
-      // Rounding of the transformed data, 1e-15, times the condition of a plan without penalties, up to 1e5.
+      // Rounding of the transformed data, 1e-15, times the condition of a plan without penalties,
+      // up to 1e5.
       ASSERT_NEAR(a.power, b.power, 1e-9 * 0.1) << seed;
       ASSERT_NEAR(a.power_reference, b.power_reference, 1e-10 * 0.1);
       ASSERT_EQ(a.status, b.status);
@@ -235,4 +242,4 @@ TEST(Mpc, AllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

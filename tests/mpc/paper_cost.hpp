@@ -7,7 +7,7 @@
 #include "estimation/test_models.hpp"
 #include "photocoag/mpc/ocp.hpp"
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 using Real = long double;
 
@@ -64,8 +64,8 @@ inline std::vector<Real> simulated_peaks(const Instance& ocp, const std::vector<
   return peaks;
 }
 
-/// J_n of the paper (with the input terms k = 0 … N-2 that it has inputs for); without k = 0, which no input
-/// changes.
+/// J_n of the paper (with the input terms k = 0 … N-2 that it has inputs for); without k = 0, which
+/// no input changes.
 inline Real paper_cost(const Instance& ocp, const std::vector<Real>& power) {
   const ControlSettings& s = ocp.settings;
   const std::vector<Real> peaks = simulated_peaks(ocp, power);
@@ -85,4 +85,4 @@ inline Real paper_cost(const Instance& ocp, const std::vector<Real>& power) {
   return cost;
 }
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

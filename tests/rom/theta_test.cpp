@@ -46,10 +46,10 @@ TEST(Theta, EvaluatesWithoutAllocating) {
     model.C_peak = StateVector::Ones(6);
     model.discretize(1e-3, Discretization::kZeroOrderHold);
     ParametricMatrices matrices;
-    const test::HeapGuard guard;
+    const testing::HeapGuard guard;
     for (int i = 0; i < 100; ++i) model.evaluate(0.2 + 0.018 * i, matrices);
-    const test::HeapUse use = guard.use();
-    EXPECT_EQ(use, test::HeapUse{});
+    const testing::HeapUse use = guard.use();
+    EXPECT_EQ(use, testing::HeapUse{});
     EXPECT_GT(std::abs(matrices.input[0]), 0.0);
   }
 }
@@ -66,7 +66,7 @@ TEST(RunningErrorBound, IsTheSumOfItsExponentialsAndDoesNotAllocate) {
       .absorption_factors = {0.5, 1.0}, .peak = output, .volume = output, .decay = {0.9, 0.0}};
   certificate.volume.scale = {1.0, 1.0};
   RunningErrorBound bound(certificate);
-  const test::HeapGuard guard;
+  const testing::HeapGuard guard;
   bound.step(0.1);
   const Outputs first = bound.bound(0.5);
   bound.step(0.0);
@@ -74,8 +74,8 @@ TEST(RunningErrorBound, IsTheSumOfItsExponentialsAndDoesNotAllocate) {
   const Outputs beyond = bound.bound(7.0);
   bound.reset();
   const Outputs cold = bound.bound(0.75);
-  const test::HeapUse use = guard.use();
-  EXPECT_EQ(use, test::HeapUse{});
+  const testing::HeapUse use = guard.use();
+  EXPECT_EQ(use, testing::HeapUse{});
   EXPECT_NEAR(first.peak, 3.0 * 0.1 * (0.25 + 2.0), 1e-15);
   EXPECT_NEAR(first.volume, 0.1 * (0.25 + 2.0), 1e-15);
   EXPECT_NEAR(second.peak, 4.0 * 0.1 * 0.25 * 0.9, 1e-15);

@@ -11,7 +11,7 @@
 #define PHOTOCOAG_REPLACE_MALLOC 0
 #endif
 
-namespace photocoag::test {
+namespace photocoag::testing {
 namespace {
 
 // constinit: touching them inside malloc must not itself allocate or run an initializer.
@@ -37,10 +37,10 @@ HeapGuard::HeapGuard() noexcept {
 HeapGuard::~HeapGuard() { armed = false; }
 HeapUse HeapGuard::use() const noexcept { return counted; }
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing
 
-using photocoag::test::note_allocation;
-using photocoag::test::note_free;
+using photocoag::testing::note_allocation;
+using photocoag::testing::note_free;
 
 #if PHOTOCOAG_REPLACE_MALLOC
 

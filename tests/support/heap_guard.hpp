@@ -3,10 +3,10 @@
 // delete itself and forwards to glibc, so that calls from inside shared libraries count as well.
 // Under the address and thread sanitizers, which bring their own malloc, only operator new and
 // delete are counted.
-// Use: compile heap_guard.cpp into the test program.
+// tests/CMakeLists.txt links it into every test program.
 #pragma once
 
-namespace photocoag::test {
+namespace photocoag::testing {
 
 struct HeapUse {
   long allocations = 0;  ///< malloc, calloc, realloc, aligned forms, operator new
@@ -30,4 +30,4 @@ class HeapGuard {
   HeapUse use() const noexcept;
 };
 
-}  // namespace photocoag::test
+}  // namespace photocoag::testing

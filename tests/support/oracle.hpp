@@ -49,7 +49,8 @@ inline std::vector<OracleRow> read_oracle(const std::string& file) {
     std::istringstream fields(line);
     OracleRow row{};
     char comma = 0;
-    fields >> row.time >> comma >> row.peak >> comma >> row.volume >> comma >> row.volume_normalized;
+    fields >> row.time >> comma >> row.peak >> comma >> row.volume >> comma >>
+        row.volume_normalized;
     if (!fields) throw std::runtime_error("cannot read " + file + ": " + line);
     rows.push_back(row);
   }

@@ -40,10 +40,10 @@ inline std::vector<std::pair<std::string, Tissue>> various_tissues() {
   single.layers = {{"RPE", 300e-6, 5000.0, true}};
   Tissue deep_peak;
   deep_peak.peak_layer = "choroid";
-  return {{"default", Tissue{}},       {"literature choroid", literature_choroid()},
+  return {{"default", Tissue{}},         {"literature choroid", literature_choroid()},
           {"vitreous", with_vitreous()}, {"thin RPE", thin},
-          {"small spot", small_spot},  {"narrow domain", narrow},
-          {"single layer", single},    {"peak in the choroid", deep_peak}};
+          {"small spot", small_spot},    {"narrow domain", narrow},
+          {"single layer", single},      {"peak in the choroid", deep_peak}};
 }
 
 }  // namespace photocoag::testing

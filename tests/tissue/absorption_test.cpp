@@ -1,4 +1,5 @@
-// The Lambert-Beer law against its defining integral, done by quadrature in long double from the layers alone.
+// The Lambert-Beer law against its defining integral, done by quadrature in long double from the
+// layers alone.
 #include "photocoag/tissue/absorption.hpp"
 
 #include <gtest/gtest.h>
@@ -14,9 +15,9 @@ namespace {
 // Four absorbing layers, two of them scaled, with a clear one between.
 Tissue many_layers() {
   Tissue tissue;
-  tissue.layers = {{"retina", 190e-6, 120.0, false},     {"RPE", 6e-6, 120400.0, true},
-                   {"unpigmented", 4e-6, 0.0, false},    {"choriocapillaris", 20e-6, 9000.0, true},
-                   {"choroid", 300e-6, 2662.2, false},   {"sclera", 100e-6, 50.0, false}};
+  tissue.layers = {{"retina", 190e-6, 120.0, false},   {"RPE", 6e-6, 120400.0, true},
+                   {"unpigmented", 4e-6, 0.0, false},  {"choriocapillaris", 20e-6, 9000.0, true},
+                   {"choroid", 300e-6, 2662.2, false}, {"sclera", 100e-6, 50.0, false}};
   return tissue;
 }
 
@@ -25,7 +26,8 @@ double coefficient(const Layer& layer, double alpha) {
 }
 
 // int_a^b mu(z) exp(-int_0^z mu) dz by Gauss-Legendre with five points on pieces that end at layer
-// boundaries; the optical depth is carried along as a sum, so nothing of the code under test is used.
+// boundaries; the optical depth is carried along as a sum, so nothing of the code under test is
+// used.
 long double absorbed_by_quadrature(const Tissue& tissue, double alpha, double a, double b) {
   const long double node1 = std::sqrt(5.0L - 2.0L * std::sqrt(10.0L / 7.0L)) / 3.0L;
   const long double node2 = std::sqrt(5.0L + 2.0L * std::sqrt(10.0L / 7.0L)) / 3.0L;
@@ -62,9 +64,14 @@ TEST(Absorption, IsTheIntegralOfTheLambertBeerLaw) {
     const double depth = tissue.depth();
     for (const double alpha : {0.2, 0.7363, 1.1, 2.0}) {
       // Intervals inside a layer, across one boundary, across all, and up to the ends.
-      for (const auto& [a, b] : std::vector<std::pair<double, double>>{
-               {191e-6, 192e-6}, {189e-6, 193e-6}, {195e-6, 250e-6}, {0.0, depth}, {0.0, 191e-6},
-               {300e-6, depth}, {196e-6, 200e-6}, {10e-6, 20e-6}}) {
+      for (const auto& [a, b] : std::vector<std::pair<double, double>>{{191e-6, 192e-6},
+                                                                       {189e-6, 193e-6},
+                                                                       {195e-6, 250e-6},
+                                                                       {0.0, depth},
+                                                                       {0.0, 191e-6},
+                                                                       {300e-6, depth},
+                                                                       {196e-6, 200e-6},
+                                                                       {10e-6, 20e-6}}) {
         const double exact = static_cast<double>(absorbed_by_quadrature(tissue, alpha, a, b));
         // Depths are rounded sums: 3e-20 m times 240,800 1/m is 6e-15 of optical depth.
         EXPECT_NEAR(law.between(a, b).evaluate(alpha).value, exact, 1e-14) << a << ' ' << b;
@@ -123,18 +130,18 @@ TEST(Absorption, CellsAddUpToTheWhole) {
 
 // In a cell of a nanometre or less exp(-a) - exp(-b) keeps few digits; the law must keep them.
 TEST(Absorption, ThinCellsLoseNoDigits) {
-  const AbsorbedFraction scaled{.fixed_front = 0.3, .scaled_front = 0.5, .fixed_back = 0.3,
-                                .scaled_back = 0.5 + 0x1p-40};
-  const AbsorbedFraction fixed{.fixed_front = 0.5, .scaled_front = 0.7, .fixed_back = 0.5 + 0x1p-40,
-                               .scaled_back = 0.7};
+  const AbsorbedFraction scaled{
+      .fixed_front = 0.3, .scaled_front = 0.5, .fixed_back = 0.3, .scaled_back = 0.5 + 0x1p-40};
+  const AbsorbedFraction fixed{
+      .fixed_front = 0.5, .scaled_front = 0.7, .fixed_back = 0.5 + 0x1p-40, .scaled_back = 0.7};
   for (const double alpha : {0.3, 1.0, 1.9}) {
     const double thickness = 0x1p-40;
     const double front_scaled = std::exp(-(0.3 + alpha * 0.5));
     const double front_fixed = std::exp(-(0.5 + alpha * 0.7));
     // First order in the thickness; the second is 1e-12 of it, and 1 - 0.5 alpha cancels to 0.05.
     EXPECT_NEAR(scaled.evaluate(alpha).value / (front_scaled * alpha * thickness), 1.0, 2e-12);
-    EXPECT_NEAR(scaled.evaluate(alpha).slope / (front_scaled * thickness * (1.0 - 0.5 * alpha)), 1.0,
-                1e-10);
+    EXPECT_NEAR(scaled.evaluate(alpha).slope / (front_scaled * thickness * (1.0 - 0.5 * alpha)),
+                1.0, 1e-10);
     EXPECT_NEAR(fixed.evaluate(alpha).value / (front_fixed * thickness), 1.0, 2e-12);
     EXPECT_NEAR(fixed.evaluate(alpha).slope / (-0.7 * front_fixed * thickness), 1.0, 2e-12);
   }

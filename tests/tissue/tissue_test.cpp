@@ -48,7 +48,10 @@ TEST(Tissue, EveryBadValueIsNamed) {
       {"conductivity_W_per_mK", [](Tissue& t) { t.conductivity = 0.0; }},
       {"conductivity_W_per_mK", [](Tissue& t) { t.conductivity = kNan; }},
       {"layers", [](Tissue& t) { t.layers.clear(); }},
-      {"layers", [](Tissue& t) { t.layers.resize(33, {"x", 1e-6, 1.0, false}); }},
+      {"layers",
+       [](Tissue& t) {
+         t.layers.resize(33, {"x", 1e-6, 1.0, false});
+       }},
       {"layers", [](Tissue& t) { t.layers[0].name.clear(); }},
       {"layers", [](Tissue& t) { t.layers[0].name = "sclera"; }},
       {"layers", [](Tissue& t) { t.layers[1].scaled_by_alpha = false; }},

@@ -42,10 +42,10 @@ class Descriptor {
 
 std::string read_file(const std::string& file, std::size_t max_bytes, std::string_view kind) {
   const auto refuse = [&](std::string problem) {
-    throw Error(ErrorParts{
-        .where = std::string(file.c_str()),  // up to a zero byte
-        .problem = std::move(problem),
-        .accepted = fmt::format("a regular {} of at most {} MB", kind, static_cast<double>(max_bytes) * 1e-6)});
+    throw Error(ErrorParts{.where = std::string(file.c_str()),  // up to a zero byte
+                           .problem = std::move(problem),
+                           .accepted = fmt::format("a regular {} of at most {} MB", kind,
+                                                   static_cast<double>(max_bytes) * 1e-6)});
   };
   const auto refuse_errno = [&] {
     refuse("cannot be read: " + std::generic_category().message(errno));
@@ -61,13 +61,15 @@ std::string read_file(const std::string& file, std::size_t max_bytes, std::strin
   std::size_t size = 0;
   while (size <= max_bytes) {
     content.resize(size + 65536);
-    const ::ssize_t count = ::read(descriptor.number(), content.data() + size, content.size() - size);
+    const ::ssize_t count =
+        ::read(descriptor.number(), content.data() + size, content.size() - size);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) refuse_errno();
     if (count == 0) break;
     size += static_cast<std::size_t>(count);
   }
-  if (size > max_bytes) refuse(fmt::format("larger than {} MB", static_cast<double>(max_bytes) * 1e-6));
+  if (size > max_bytes)
+    refuse(fmt::format("larger than {} MB", static_cast<double>(max_bytes) * 1e-6));
   content.resize(size);
   return content;
 }

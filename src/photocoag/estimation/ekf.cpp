@@ -4,6 +4,14 @@
 #include <cmath>
 
 namespace photocoag {
+namespace {
+
+// K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
+// taken at face value, one sample of -1000 K would keep the laser at full power.
+constexpr double kColdestSample = -50.0;
+constexpr double kHottestSample = 300.0;
+
+}  // namespace
 
 std::string_view to_string(UpdateStatus status) noexcept {
   switch (status) {
@@ -67,7 +75,10 @@ void ExtendedKalmanFilter::predict(double power) noexcept {
 }
 
 UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
-  if (!std::isfinite(volume_temperature)) return UpdateStatus::kNoSample;
+  // NaN fails both comparisons.
+  if (!(volume_temperature >= kColdestSample && volume_temperature <= kHottestSample)) {
+    return UpdateStatus::kNoSample;
+  }
   const int n = order_;
   Extended h(n + 1);
   h.head(n) = matrices_.volume;
@@ -92,7 +103,8 @@ UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
   state_ += gain.head(n) * innovation_;
   set_alpha(alpha_ + gain[n] * innovation_);
   keep_alpha_inside();
-  // Last, so that nothing after it can spoil the state: the move to a bound multiplies by a quotient.
+  // Last, so that nothing after it can spoil the state: the move to a bound multiplies by a
+  // quotient.
   if (!healthy()) {
     reset();
     return UpdateStatus::kRestarted;

@@ -17,7 +17,7 @@ namespace photocoag {
 
 enum class UpdateStatus {
   kUpdated,    ///< the sample was used
-  kNoSample,   ///< missing or not finite: prediction only
+  kNoSample,   ///< missing, not finite or physically impossible: prediction only
   kRestarted,  ///< the estimate was not finite or its covariance broken: back to the initial values
 };
 
@@ -38,7 +38,8 @@ class ExtendedKalmanFilter {
   void reset() noexcept;
   /// One period with `power`, W.
   void predict(double power) noexcept;
-  /// With the volume temperature at the end of the period, K; NaN means no sample.
+  /// With the volume temperature at the end of the period, K. NaN means no sample; so does a rise
+  /// below -50 K or above 300 K, which no tissue can show.
   UpdateStatus update(double volume_temperature) noexcept;
 
   const StateVector& state() const noexcept { return state_; }

@@ -17,8 +17,8 @@ struct CellSize {
   // Distance at which the size reaches coarsest.
   double knee() const { return (coarsest - finest) / growth; }
 
-  // Cells from the place of interest to distance d: the integral of 1 / size, in closed form because
-  // samples of it would miss the finest cells of a large domain.
+  // Cells from the place of interest to distance d: the integral of 1 / size, in closed form
+  // because samples of it would miss the finest cells of a large domain.
   double cells_within(double d) const {
     return std::log1p(growth * std::min(d, knee()) / finest) / growth +
            std::max(0.0, d - knee()) / coarsest;
@@ -32,7 +32,8 @@ struct CellSize {
   // The same along the axis, counted from near_low.
   double count_at(double x) const {
     if (x < near_low) return -cells_within(near_low - x);
-    return (std::min(x, near_high) - near_low) / finest + cells_within(std::max(0.0, x - near_high));
+    return (std::min(x, near_high) - near_low) / finest +
+           cells_within(std::max(0.0, x - near_high));
   }
   double at_count(double cells) const {
     const double near = (near_high - near_low) / finest;

@@ -50,6 +50,7 @@ class Controller {
     const double power =
         std::isfinite(sample.applied_power) ? sample.applied_power : previous_power_;
     previous_power_ = power;
+    ++cycle_;  // periods, not solves: a period that the controller missed counts
     filter_.predict(power);
     const UpdateStatus status = filter_.update(sample.volume_temperature);
     return estimate(status);
@@ -59,7 +60,6 @@ class Controller {
   Decision decide() noexcept {
     const MpcResult result =
         mpc_.solve(filter_.state(), filter_.matrices().input, cycle_, previous_power_);
-    ++cycle_;
     const GateResult passed = gate(result.power, power_max_);
     previous_power_ = passed.power;
     return {.power = passed.power,

@@ -1,6 +1,6 @@
 // Role: offline; a small model that follows the full-order one to about 1e-5, from which bases are
 // made. Used by mor. Source: method of snapshots (Sirovich 1987); docs/equations.md (E12). Why: the
-// span of all impulse responses e^(At) B(alpha) is nearly 45-dimensional. Projected on it, every
+// span of all impulse responses e^(At) B(alpha) is nearly 100-dimensional. Projected on it, every
 // later step (pulse responses, POD, choice of weights) costs microseconds instead of passes over n
 // > 80,000 states. Units: SI.
 #pragma once

@@ -37,7 +37,8 @@ std::vector<double> on_off_power(double duration, double period, double mean_dwe
 /// reduced models of the same period and discretization measured against it.
 struct ValidationRun {
   std::vector<double> absorption_factors;
-  double duration = 0.0;  ///< s
+  double duration = 0.0;    ///< s
+  double mean_dwell = 0.0;  ///< s, of the on/off power
   std::uint64_t seed = 0;
   std::vector<std::vector<double>> powers;    ///< W: constant, on/off
   std::vector<std::vector<Outputs>> outputs;  ///< per power: step by step, every alpha in turn

@@ -51,6 +51,7 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
   run.absorption_factors =
       settings.absorption_factors.empty() ? default_alphas() : settings.absorption_factors;
   run.duration = settings.duration;
+  run.mean_dwell = settings.mean_dwell;
   run.seed = settings.seed;
   std::vector<OutputWeights> weights;
   for (const double alpha : run.absorption_factors) weights.push_back(full->output_weights(alpha));
@@ -81,6 +82,7 @@ ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run)
   ErrorReport report;
   report.absorption_factors = run.absorption_factors;
   report.duration = run.duration;
+  report.mean_dwell = run.mean_dwell;
   report.seed = run.seed;
   report.peak.assign(count, 0.0);
   report.volume.assign(count, 0.0);

@@ -1,3 +1,4 @@
+// Over 400 lines: the algorithm, its data and the proof of its answer are read together.
 #include "photocoag/qp/dense.hpp"
 
 #include <algorithm>

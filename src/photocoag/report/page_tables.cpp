@@ -78,6 +78,25 @@ std::string temperature_table(const RunSummary& summary, const RunConfig& config
   return table.end();
 }
 
+// "schlott_2012" -> "Schlott 2012"
+std::string proper_name(std::string name) {
+  bool start = true;
+  for (char& letter : name) {
+    if (letter == '_') letter = ' ';
+    if (start && letter >= 'a' && letter <= 'z') letter = static_cast<char>(letter - 'a' + 'A');
+    start = letter == ' ';
+  }
+  return name;
+}
+
+std::string dose_table(const RunSummary& summary) {
+  if (summary.thermal_dose.empty()) return {};
+  KeyTable table("Thermal dose at the peak");
+  for (const auto& [name, dose] : summary.thermal_dose)
+    table.row(proper_name(name), fmt::format("{:#.2g}", dose), "Arrhenius integral, damage at 1");
+  return table.end();
+}
+
 std::string safety_table(const RunSummary& summary) {
   KeyTable table("Limit and stop");
   const bool exceeded = summary.limit_violations.value_or(0) > 0;
@@ -187,7 +206,7 @@ std::string quantity(std::optional<double> value, int digits, std::string_view u
 
 std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
   return "<section><h2>Summary</h2>\n<div class=\"tables\">\n<div>" +
-         temperature_table(summary, config) + "</div>\n<div>" + safety_table(summary) +
+         temperature_table(summary, config) + dose_table(summary) + "</div>\n<div>" + safety_table(summary) +
          absorption_table(log, summary, config) + "</div>\n<div>" + laser_table(log, config) +
          run_table(log, summary) + solver_table(log) + "</div>\n</div></section>\n";
 }

@@ -49,6 +49,8 @@ struct RunSummary {
     std::vector<std::pair<std::string, double>> values;
   };
   std::vector<Timing> timing;
+  /// The optional object "thermal_dose": parameter set and Arrhenius integral at the peak.
+  std::vector<std::pair<std::string, double>> thermal_dose;
 };
 
 /// What the report needs from config.toml, and its text.

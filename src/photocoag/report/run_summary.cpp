@@ -82,6 +82,15 @@ std::vector<RunSummary::Timing> read_timing(const Json& object) {
   return timing;
 }
 
+std::vector<std::pair<std::string, double>> read_thermal_dose(const Json& object) {
+  std::vector<std::pair<std::string, double>> doses;
+  const auto found = object.find("thermal_dose");
+  if (found == object.end() || !found->is_object()) return doses;
+  for (const auto& [name, value] : found->items())
+    if (value.is_number()) doses.emplace_back(name, value.get<double>());
+  return doses;
+}
+
 double toml_number(const toml::table& table, std::string_view section, std::string_view key,
                    const std::string& where) {
   if (const auto value = table[section][key].value<double>()) return *value;
@@ -121,6 +130,7 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.config_sha256 = reader.text("config_sha256").value_or("");
   summary.version = reader.text("version").value_or("");
   summary.timing = read_timing(json);
+  summary.thermal_dose = read_thermal_dose(json);
   return summary;
 }
 

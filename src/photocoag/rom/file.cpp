@@ -1,21 +1,19 @@
 #include "photocoag/rom/file.hpp"
 
 #include <fmt/format.h>
-
-#include <nlohmann/json.hpp>
+#include <cmath>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/sha256.hpp"
+#include "photocoag/rom/file_parts.hpp"
 
 namespace photocoag {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t kMaxBytes = 10'000'000;
-constexpr std::size_t kMaxNodes = 10'000;
+constexpr int kMaxDepth = 16;  // of nested lists and objects; a model has four
 
 template <typename Matrix>
 Json matrix_to_json(const Matrix& matrix) {
@@ -30,49 +28,6 @@ Json matrix_to_json(const Matrix& matrix) {
 
 Json vector_to_json(const StateVector& vector) {
   return Json(std::vector<double>(vector.data(), vector.data() + vector.size()));
-}
-
-Json absorbed_to_json(const AbsorbedFraction& a) {
-  return {{"fixed_front", a.fixed_front},
-          {"scaled_front", a.scaled_front},
-          {"fixed_back", a.fixed_back},
-          {"scaled_back", a.scaled_back}};
-}
-
-Json theta_to_json(const Theta& theta) {
-  if (theta.kind == ThetaKind::kDeim) {
-    Json points = Json::array();
-    for (int j = 0; j < theta.terms; ++j) points.push_back(absorbed_to_json(theta.points[j]));
-    return {{"kind", to_string(theta.kind)}, {"points", points}};
-  }
-  Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}, {"center", theta.center}};
-  if (theta.kind == ThetaKind::kChebyshev) json["half_width"] = theta.half_width;
-  return json;
-}
-
-Json output_certificate_to_json(const OutputCertificate& output) {
-  return {{"bound_relative_max", output.relative_max()},
-          {"treatment_bound_relative_max", output.treatment_relative_max()},
-          {"bound_K_per_W", output.bound},
-          {"bound_relative", output.relative},
-          {"treatment_bound_K_per_W", output.treatment_bound},
-          {"treatment_bound_relative", output.treatment_relative},
-          {"sum_K_per_W", output.sum},
-          {"scale_K_per_W", output.scale},
-          {"majorant", output.majorant}};
-}
-
-Json certificate_to_json(const ErrorCertificate& certificate) {
-  return {{"meaning",
-           "both models from cold tissue, the same alpha and powers from 0 to u_max: the outputs "
-           "differ by at most u_max * bound at every sample instant"},
-          {"absorption_factors", certificate.absorption_factors},
-          {"treatment_duration_s", certificate.treatment_duration},
-          {"horizon_periods", certificate.horizon},
-          {"tail_relative", certificate.tail_relative},
-          {"decay_per_period", certificate.decay},
-          {"peak", output_certificate_to_json(certificate.peak)},
-          {"volume", output_certificate_to_json(certificate.volume)}};
 }
 
 Json tissue_to_json(const Tissue& tissue) {
@@ -95,84 +50,7 @@ Json tissue_to_json(const Tissue& tissue) {
           {"layers", layers}};
 }
 
-// Reads fields and names the one that is missing or wrong, by its path in the file.
-class Reader {
- public:
-  Reader(const Json& json, std::string_view where, std::string path = {})
-      : json_(json), where_(where), path_(std::move(path)) {}
-
-  Reader operator[](const std::string& key) const {
-    const std::string path = path_.empty() ? key : path_ + "." + key;
-    if (!json_.is_object() || !json_.contains(key)) {
-      throw Error(
-          ErrorParts{.where = where_, .key = path, .problem = "missing from the model file"});
-    }
-    return Reader(json_.at(key), where_, path);
-  }
-
-  bool has(const std::string& key) const { return json_.is_object() && json_.contains(key); }
-
-  double number() const {
-    expect(json_.is_number(), "a number");
-    return json_.get<double>();
-  }
-  std::size_t count() const {
-    expect(json_.is_number_unsigned(), "a whole number, not negative");
-    return json_.get<std::size_t>();
-  }
-  bool boolean() const {
-    expect(json_.is_boolean(), "true or false");
-    return json_.get<bool>();
-  }
-  std::string text() const {
-    expect(json_.is_string(), "a text");
-    return json_.get<std::string>();
-  }
-  std::vector<Reader> list(std::size_t max_size) const {
-    expect(json_.is_array() && json_.size() <= max_size,
-           fmt::format("a list of at most {}", max_size));
-    std::vector<Reader> items;
-    for (std::size_t i = 0; i < json_.size(); ++i) {
-      items.emplace_back(json_.at(i), where_, fmt::format("{}[{}]", path_, i));
-    }
-    return items;
-  }
-  std::vector<double> numbers(std::size_t max_size) const {
-    std::vector<double> values;
-    for (const Reader& item : list(max_size)) values.push_back(item.number());
-    return values;
-  }
-  template <typename Matrix>
-  void matrix(Matrix& out) const {
-    const std::vector<Reader> rows = list(Matrix::MaxRowsAtCompileTime);
-    expect(!rows.empty(), "at least one row");
-    const std::size_t columns = rows[0].list(Matrix::MaxColsAtCompileTime).size();
-    out.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns));
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const std::vector<double> row = rows[i].numbers(Matrix::MaxColsAtCompileTime);
-      rows[i].expect(row.size() == columns, fmt::format("{} numbers in each row", columns));
-      for (std::size_t j = 0; j < columns; ++j) out(i, j) = row[j];
-    }
-  }
-  void expect(bool ok, const std::string& accepted) const {
-    if (ok) return;
-    std::string found = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (found.size() > 60) found = found.substr(0, 57) + "...";
-    throw Error(ErrorParts{.where = where_, .key = path_, .found = found, .accepted = accepted});
-  }
-
- private:
-  const Json& json_;
-  std::string where_;
-  std::string path_;
-};
-
-AbsorbedFraction read_absorbed(const Reader& json) {
-  return {json["fixed_front"].number(), json["scaled_front"].number(), json["fixed_back"].number(),
-          json["scaled_back"].number()};
-}
-
-Tissue read_tissue(const Reader& json) {
+Tissue read_tissue(const JsonReader& json) {
   Tissue tissue;
   tissue.ambient_celsius = json["ambient_C"].number();
   tissue.domain_radius = json["domain_radius_m"].number();
@@ -189,7 +67,7 @@ Tissue read_tissue(const Reader& json) {
                                     "\"absorption-weighted\" or \"normalized\"");
   tissue.peak_layer = json["peak_layer"].text();
   tissue.layers.clear();
-  for (const Reader& layer : json["layers"].list(32)) {
+  for (const JsonReader& layer : json["layers"].list(32)) {
     tissue.layers.push_back({layer["name"].text(), layer["thickness_m"].number(),
                              layer["absorption_per_m"].number(),
                              layer["scaled_by_alpha"].boolean()});
@@ -197,7 +75,7 @@ Tissue read_tissue(const Reader& json) {
   return tissue;
 }
 
-Discretization read_discretization(const Reader& json) {
+Discretization read_discretization(const JsonReader& json) {
   const std::string text = json.text();
   for (const auto how : {Discretization::kZeroOrderHold, Discretization::kImplicitEuler}) {
     if (text == to_string(how)) return how;
@@ -206,60 +84,12 @@ Discretization read_discretization(const Reader& json) {
   return Discretization::kZeroOrderHold;
 }
 
-Theta read_theta(const Reader& json) {
-  Theta theta;
-  const std::string kind = json["kind"].text();
-  json["kind"].expect(kind == "deim" || kind == "chebyshev" || kind == "taylor",
-                      "\"deim\", \"chebyshev\" or \"taylor\"");
-  if (kind == "deim") {
-    for (const Reader& point : json["points"].list(kMaxTerms)) {
-      theta.points[theta.terms++] = read_absorbed(point);
-    }
-    return theta;
-  }
-  const std::size_t terms = json["terms"].count();
-  json["terms"].expect(terms >= 1 && terms <= kMaxTerms, fmt::format("1 to {}", kMaxTerms));
-  theta.terms = static_cast<int>(terms);
-  theta.kind = kind == "taylor" ? ThetaKind::kTaylor : ThetaKind::kChebyshev;
-  theta.center = json["center"].number();
-  if (theta.kind == ThetaKind::kChebyshev) {
-    theta.half_width = json["half_width"].number();
-    json["half_width"].expect(theta.half_width > 0.0, "above 0");
-  }
-  return theta;
-}
-
-OutputCertificate read_output_certificate(const Reader& json) {
-  OutputCertificate output;
-  output.bound = json["bound_K_per_W"].numbers(kMaxNodes);
-  output.relative = json["bound_relative"].numbers(kMaxNodes);
-  output.treatment_bound = json["treatment_bound_K_per_W"].numbers(kMaxNodes);
-  output.treatment_relative = json["treatment_bound_relative"].numbers(kMaxNodes);
-  output.sum = json["sum_K_per_W"].numbers(kMaxNodes);
-  output.scale = json["scale_K_per_W"].numbers(kMaxNodes);
-  output.majorant = json["majorant"].numbers(kMaxMajorantTerms);
-  return output;
-}
-
-ErrorCertificate read_certificate(const Reader& json) {
-  ErrorCertificate certificate;
-  certificate.absorption_factors = json["absorption_factors"].numbers(kMaxNodes);
-  certificate.decay = json["decay_per_period"].numbers(kMaxMajorantTerms);
-  certificate.treatment_duration = json["treatment_duration_s"].number();
-  certificate.horizon = json["horizon_periods"].count();
-  certificate.tail_relative = json["tail_relative"].number();
-  certificate.peak = read_output_certificate(json["peak"]);
-  certificate.volume = read_output_certificate(json["volume"]);
-  certificate.validate();
-  return certificate;
-}
-
-ReducedModel read_model(const Reader& json) {
+ReducedModel read_model(const JsonReader& json) {
   ReducedModel model;
   model.method = json["method"].text();
-  const std::vector<Reader> parameters = json["parameters"].list(1);
+  const std::vector<JsonReader> parameters = json["parameters"].list(1);
   json["parameters"].expect(parameters.size() == 1, "one parameter, \"alpha\"");
-  const Reader& range = parameters[0];
+  const JsonReader& range = parameters[0];
   range["name"].expect(range["name"].text() == "alpha", "\"alpha\"");
   model.absorption_min = range["min"].number();
   model.absorption_max = range["max"].number();
@@ -273,29 +103,59 @@ ReducedModel read_model(const Reader& json) {
                                    : std::string(to_string(model.theta.kind));
   model.volume_normalized = json["volume_normalized"].boolean();
   model.whole = read_absorbed(json["absorbed_fraction"]);
-  const Reader continuous = json["continuous"];
+  const JsonReader continuous = json["continuous"];
   continuous["A"].matrix(model.A);
+  json["order"].expect(json["order"].count() == static_cast<std::size_t>(model.A.rows()),
+                       fmt::format("the {} rows of continuous.A", model.A.rows()));
   continuous["B"].matrix(model.B);
   continuous["C_volume"].matrix(model.C_volume);
   StateMatrix peak;
   continuous["C_peak"].matrix(peak);
   continuous["C_peak"].expect(peak.rows() == 1, "one row");
   model.C_peak = peak.row(0).transpose();
-  const Reader discrete = json["discrete"];
+  const JsonReader discrete = json["discrete"];
   model.period = discrete["period_s"].number();
   model.discretization = read_discretization(discrete["discretization"]);
   discrete["A"].matrix(model.A_d);
   discrete["B"].matrix(model.B_d);
   model.tissue = read_tissue(json["tissue"]);
   model.full_order_states = json["full_order_states"].count();
-  const Reader error = json["error"];
+  const JsonReader error = json["error"];
   model.error.absorption_factors = error["absorption_factors"].numbers(1000);
   model.error.peak = error["peak_relative"].numbers(1000);
   model.error.volume = error["volume_relative"].numbers(1000);
+  const std::size_t checked = model.error.absorption_factors.size();
+  for (const auto* key : {"peak_relative", "volume_relative"}) {
+    error[key].expect(error[key].list(1000).size() == checked,
+                      fmt::format("{} numbers, one for each of error.absorption_factors", checked));
+  }
+  error["peak_relative_max"].expect(error["peak_relative_max"].number() == model.error.peak_max(),
+                                    "the largest of error.peak_relative");
+  error["volume_relative_max"].expect(
+      error["volume_relative_max"].number() == model.error.volume_max(),
+      "the largest of error.volume_relative");
   model.error.duration = error["duration_s"].number();
+  model.error.mean_dwell = error["mean_dwell_s"].number();
   model.error.seed = error["seed"].count();
   if (json.has("certificate")) model.certificate = read_certificate(json["certificate"]);
   return model;
+}
+
+// The normalisation is told twice, by what the online code uses and by the tissue: they must agree.
+void check_normalization(const JsonReader& json, const ReducedModel& model) {
+  const bool normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
+  json["volume_normalized"].expect(
+      model.volume_normalized == normalized,
+      fmt::format("{}, because tissue.volume_temperature is \"{}\"", normalized,
+                  to_string(model.tissue.volume_temperature)));
+  const AbsorbedFraction whole = AbsorptionLaw(model.tissue).whole();
+  // A few roundings of sums of at most 32 optical depths.
+  const auto near = [](double a, double b) { return std::abs(a - b) <= 1e-12 * std::abs(b); };
+  json["absorbed_fraction"].expect(near(model.whole.fixed_front, whole.fixed_front) &&
+                                       near(model.whole.scaled_front, whole.scaled_front) &&
+                                       near(model.whole.fixed_back, whole.fixed_back) &&
+                                       near(model.whole.scaled_back, whole.scaled_back),
+                                   "the optical depths of the whole tissue");
 }
 
 std::string checksum(Json json) {
@@ -337,6 +197,7 @@ std::string to_json(const ReducedModel& model) {
          "largest error over a run relative to the output's largest value in it; the worse of "
          "constant and random on/off power from cold tissue"},
         {"duration_s", model.error.duration},
+        {"mean_dwell_s", model.error.mean_dwell},
         {"seed", model.error.seed},
         {"peak_relative_max", model.error.peak_max()},
         {"volume_relative_max", model.error.volume_max()},
@@ -352,13 +213,19 @@ std::string to_json(const ReducedModel& model) {
 ReducedModel from_json(std::string_view text, std::string_view where) {
   Json json;
   try {
-    json = Json::parse(text);
+    // Copying and writing nested values recurses: a file of brackets must not end the program.
+    json = Json::parse(text, [where](int depth, Json::parse_event_t, const Json&) {
+      if (depth <= kMaxDepth) return true;
+      throw Error(ErrorParts{.where = std::string(where),
+                             .problem = "not a model file: nested too deeply",
+                             .accepted = fmt::format("at most {} levels", kMaxDepth)});
+    });
   } catch (const Json::exception& error) {
     throw Error(
         ErrorParts{.where = std::string(where),
                    .problem = fmt::format("not a complete model file (JSON): {}", error.what())});
   }
-  const Reader reader(json, where);
+  const JsonReader reader(json, where);
   reader["format"].expect(reader["format"].text() == "photocoag reduced model",
                           "\"photocoag reduced model\"");
   reader["version"].expect(
@@ -376,6 +243,7 @@ ReducedModel from_json(std::string_view text, std::string_view where) {
   try {
     ReducedModel model = read_model(reader);
     model.tissue.validate();
+    check_normalization(reader, model);
     verify(model);
     return model;
   } catch (const Error& error) {

@@ -38,6 +38,7 @@ struct ErrorReport {
   std::vector<double> peak;    ///< one per alpha
   std::vector<double> volume;  ///< one per alpha
   double duration = 0.0;       ///< s, of each signal: constant power, random on/off power
+  double mean_dwell = 0.0;     ///< s, mean time between switchings of the on/off signal
   std::uint64_t seed = 0;      ///< of the on/off signal
 
   double peak_max() const noexcept;
@@ -104,9 +105,10 @@ class ReducedPlant {
 };
 
 /// What a model must satisfy before a controller may trust it. Throws Error naming the first
-/// violation: sizes, finite entries, discrete matrices that belong to the continuous ones, spectral
-/// radius below 1, peak steady gain positive and increasing in alpha, peak impulse response
-/// non-negative over the longest horizon (kMaxHorizon) on [absorption_min, absorption_max].
+/// violation: sizes, finite entries, eigenvalues of A negative, discrete matrices that belong to
+/// the continuous ones and have a spectral radius below 1, peak steady gain positive and increasing
+/// in alpha, peak impulse response non-negative over the longest horizon (kMaxHorizon) on
+/// [absorption_min, absorption_max].
 void verify(const ReducedModel& model);
 
 }  // namespace photocoag

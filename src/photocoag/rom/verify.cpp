@@ -40,6 +40,10 @@ void verify_sizes(const ReducedModel& model) {
   demand(finite, "matrices", "an entry that is not finite", "finite entries");
 }
 
+double largest_real_part(const Eigen::MatrixXd& matrix) {
+  return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().real().maxCoeff();
+}
+
 double spectral_radius(const Eigen::MatrixXd& matrix) {
   return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
 }
@@ -50,6 +54,9 @@ void verify(const ReducedModel& model) {
   verify_sizes(model);
   demand(std::isfinite(model.period) && model.period > 0.0, "discrete.period_s",
          fmt::format("{}", model.period), "a time above 0");
+  // Implicit Euler turns a fast growth into a decay, so the discrete matrix alone does not tell.
+  const double growth = largest_real_part(model.A);
+  demand(growth < 0.0, "A", fmt::format("an eigenvalue with real part {} 1/s", growth), "below 0");
   const double radius = spectral_radius(model.A_d);
   demand(radius < 1.0, "discrete.A", fmt::format("spectral radius {}", radius), "below 1");
 
@@ -79,7 +86,8 @@ void verify(const ReducedModel& model) {
     demand(gain > last_gain, "C_peak",
            fmt::format("steady peak gain {} K/W at alpha = {}, {} K/W below it", gain, alpha,
                        last_gain),
-           "a gain above 0 that grows with alpha");
+           "a gain above 0 that grows with alpha (not so if layers in front of the peak layer "
+           "are scaled by alpha, or the peak layer lies behind a scaled one)");
     last_gain = gain;
     StateVector state = matrices.input;
     for (int k = 1; k < kMaxHorizon; ++k) {

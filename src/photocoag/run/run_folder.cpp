@@ -47,6 +47,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   numbers.limit = config.control.peak_max;
   double squares = 0.0;
   std::size_t late = 0;
+  double celsius = config.plant.tissue.ambient_celsius;  // of the peak, absolute
   for (const CycleRecord& record : treatment.records) {
     const double peak = record.truth.peak;
     numbers.peak_true_max = std::max(numbers.peak_true_max, peak);
@@ -56,6 +57,12 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     if (!numbers.time_to_95_percent && peak >= 0.95 * config.control.peak_reference) {
       numbers.time_to_95_percent = record.time;
     }
+    const double next = config.plant.tissue.ambient_celsius + peak;
+    for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
+      numbers.thermal_dose[i] +=
+          damage_over(kPublishedDamage[i], celsius, next, config.control.period);
+    }
+    celsius = next;
     if (record.time > 0.05) {
       squares += (peak - config.control.peak_reference) * (peak - config.control.peak_reference);
       ++late;
@@ -139,6 +146,9 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
       {"source_hash", source_hash()},
       {"loop_wall_s", treatment.wall_seconds},
   };
+  for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
+    summary["thermal_dose"][std::string(kPublishedDamage[i].name)] = numbers.thermal_dose[i];
+  }
   if (!treatment.scheduling.empty()) {
     summary["scheduling"] = treatment.scheduling;
     summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},

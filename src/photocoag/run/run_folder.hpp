@@ -2,12 +2,14 @@
 // docs/run-folder.md. Boundary: every column and key carries its unit.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/run/treatment.hpp"
+#include "photocoag/tissue/thermal_dose.hpp"
 
 namespace photocoag {
 
@@ -22,7 +24,9 @@ struct RunSummaryNumbers {
       time_to_95_percent;  ///< s, end of the first cycle with true peak >= 0.95 reference
   std::optional<double> rms_error_after_50_ms;  ///< K, true peak against reference
   double absorption_error_final = 0.0;          ///< estimate / truth - 1
-  std::string stopped_for;                      ///< empty: ran to its end
+  /// Arrhenius integral at the true peak, one per set of kPublishedDamage; damage at 1.
+  std::array<double, kPublishedDamage.size()> thermal_dose{};
+  std::string stopped_for;  ///< empty: ran to its end
 };
 
 RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);

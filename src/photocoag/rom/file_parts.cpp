@@ -1,0 +1,111 @@
+#include "photocoag/rom/file_parts.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr std::size_t kMaxNodes = 10'000;
+
+Json output_certificate_to_json(const OutputCertificate& output) {
+  return {{"bound_relative_max", output.relative_max()},
+          {"treatment_bound_relative_max", output.treatment_relative_max()},
+          {"bound_K_per_W", output.bound},
+          {"bound_relative", output.relative},
+          {"treatment_bound_K_per_W", output.treatment_bound},
+          {"treatment_bound_relative", output.treatment_relative},
+          {"sum_K_per_W", output.sum},
+          {"scale_K_per_W", output.scale},
+          {"majorant", output.majorant}};
+}
+
+OutputCertificate read_output_certificate(const JsonReader& json) {
+  OutputCertificate output;
+  output.bound = json["bound_K_per_W"].numbers(kMaxNodes);
+  output.relative = json["bound_relative"].numbers(kMaxNodes);
+  output.treatment_bound = json["treatment_bound_K_per_W"].numbers(kMaxNodes);
+  output.treatment_relative = json["treatment_bound_relative"].numbers(kMaxNodes);
+  output.sum = json["sum_K_per_W"].numbers(kMaxNodes);
+  output.scale = json["scale_K_per_W"].numbers(kMaxNodes);
+  output.majorant = json["majorant"].numbers(kMaxMajorantTerms);
+  json["bound_relative_max"].expect(json["bound_relative_max"].number() == output.relative_max(),
+                                    "the largest of bound_relative");
+  json["treatment_bound_relative_max"].expect(
+      json["treatment_bound_relative_max"].number() == output.treatment_relative_max(),
+      "the largest of treatment_bound_relative");
+  return output;
+}
+
+}  // namespace
+
+Json absorbed_to_json(const AbsorbedFraction& a) {
+  return {{"fixed_front", a.fixed_front},
+          {"scaled_front", a.scaled_front},
+          {"fixed_back", a.fixed_back},
+          {"scaled_back", a.scaled_back}};
+}
+
+AbsorbedFraction read_absorbed(const JsonReader& json) {
+  return {json["fixed_front"].number(), json["scaled_front"].number(), json["fixed_back"].number(),
+          json["scaled_back"].number()};
+}
+
+Json theta_to_json(const Theta& theta) {
+  if (theta.kind == ThetaKind::kDeim) {
+    Json points = Json::array();
+    for (int j = 0; j < theta.terms; ++j) points.push_back(absorbed_to_json(theta.points[j]));
+    return {{"kind", to_string(theta.kind)}, {"points", points}};
+  }
+  Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}, {"center", theta.center}};
+  if (theta.kind == ThetaKind::kChebyshev) json["half_width"] = theta.half_width;
+  return json;
+}
+
+Theta read_theta(const JsonReader& json) {
+  Theta theta;
+  const std::string kind = json["kind"].text();
+  json["kind"].expect(kind == "deim" || kind == "chebyshev" || kind == "taylor",
+                      "\"deim\", \"chebyshev\" or \"taylor\"");
+  if (kind == "deim") {
+    for (const JsonReader& point : json["points"].list(kMaxTerms)) {
+      theta.points[theta.terms++] = read_absorbed(point);
+    }
+    return theta;
+  }
+  const std::size_t terms = json["terms"].count();
+  json["terms"].expect(terms >= 1 && terms <= kMaxTerms, fmt::format("1 to {}", kMaxTerms));
+  theta.terms = static_cast<int>(terms);
+  theta.kind = kind == "taylor" ? ThetaKind::kTaylor : ThetaKind::kChebyshev;
+  theta.center = json["center"].number();
+  if (theta.kind == ThetaKind::kChebyshev) {
+    theta.half_width = json["half_width"].number();
+    json["half_width"].expect(theta.half_width > 0.0, "above 0");
+  }
+  return theta;
+}
+
+Json certificate_to_json(const ErrorCertificate& certificate) {
+  return {{"meaning",
+           "both models from cold tissue, the same alpha and powers from 0 to u_max: the outputs "
+           "differ by at most u_max * bound at every sample instant"},
+          {"absorption_factors", certificate.absorption_factors},
+          {"treatment_duration_s", certificate.treatment_duration},
+          {"horizon_periods", certificate.horizon},
+          {"tail_relative", certificate.tail_relative},
+          {"decay_per_period", certificate.decay},
+          {"peak", output_certificate_to_json(certificate.peak)},
+          {"volume", output_certificate_to_json(certificate.volume)}};
+}
+
+ErrorCertificate read_certificate(const JsonReader& json) {
+  ErrorCertificate certificate;
+  certificate.absorption_factors = json["absorption_factors"].numbers(kMaxNodes);
+  certificate.decay = json["decay_per_period"].numbers(kMaxMajorantTerms);
+  certificate.treatment_duration = json["treatment_duration_s"].number();
+  certificate.horizon = json["horizon_periods"].count();
+  certificate.tail_relative = json["tail_relative"].number();
+  certificate.peak = read_output_certificate(json["peak"]);
+  certificate.volume = read_output_certificate(json["volume"]);
+  certificate.validate();
+  return certificate;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,21 @@
+// Role: setup; the parts of the model file that depend on alpha, and the certificate. Used by
+// rom/file. Format: docs/model-file.md. Each read_ function throws Error naming the field.
+#pragma once
+
+#include "photocoag/rom/certificate.hpp"
+#include "photocoag/rom/json_reader.hpp"
+#include "photocoag/rom/theta.hpp"
+
+namespace photocoag {
+
+Json absorbed_to_json(const AbsorbedFraction& absorbed);
+AbsorbedFraction read_absorbed(const JsonReader& json);
+
+Json theta_to_json(const Theta& theta);
+Theta read_theta(const JsonReader& json);
+
+Json certificate_to_json(const ErrorCertificate& certificate);
+/// Validated (ErrorCertificate::validate).
+ErrorCertificate read_certificate(const JsonReader& json);
+
+}  // namespace photocoag

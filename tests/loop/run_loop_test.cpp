@@ -1,0 +1,259 @@
+// The simulated eye and the loop around it: noise, watchdog, missed periods, stop.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <vector>
+
+#include "estimation/test_models.hpp"
+#include "loop/treatments.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+using Eye = SimulatedEye<ReducedPlant>;
+
+Eye make_eye(double noise = 0.288, std::uint64_t seed = 1, double alpha = 1.1) {
+  return Eye(ReducedPlant(model_1khz(), alpha), noise, seed);
+}
+
+/// A clock that only moves when the loop waits: the wake-up that ends cycle k comes late by late[k]
+/// periods.
+class FakeClock {
+ public:
+  explicit FakeClock(std::vector<double> late, std::size_t stop_at = SIZE_MAX)
+      : late_(std::move(late)), stop_at_(stop_at) {
+    asked.reserve(1000);
+  }
+
+  Tick wait_for_end_of(std::size_t cycle) noexcept {
+    asked.push_back(cycle);
+    const double deadline = static_cast<double>(cycle + 1);
+    now_ = std::max(now_, deadline) + (cycle < late_.size() ? late_[cycle] : 0.0);
+    const double behind = now_ - deadline;
+    return {.missed = static_cast<std::size_t>(behind), .stop = cycle >= stop_at_};
+  }
+  void done(std::size_t cycle) noexcept { last_done = cycle; }
+
+  std::vector<std::size_t> asked;
+  std::size_t last_done = SIZE_MAX;
+
+ private:
+  std::vector<double> late_;
+  std::size_t stop_at_;
+  double now_ = 0.0;
+};
+static_assert(Pace<FakeClock>);
+
+struct LoopRun {
+  std::vector<CycleRecord> records;
+  LoopOutcome outcome;
+  std::size_t progress = 0;
+  double power_afterwards = -1.0;  ///< what the laser emits in the period after the loop
+};
+
+template <Pace C>
+LoopRun run(C& pace, std::size_t cycles) {
+  LoopRun result;
+  result.records.resize(cycles);
+  Controller controller(model_1khz(), {}, {});
+  Eye eye = make_eye();
+  std::atomic<std::size_t> progress{0};
+  result.outcome = run_loop(controller, eye, pace, 1e-3, result.records, progress);
+  result.progress = progress.load();
+  result.records.resize(result.outcome.cycles);
+  result.power_afterwards = eye.advance(cycles).sample.applied_power;
+  return result;
+}
+
+LoopRun run_virtual(std::size_t cycles) {
+  const std::atomic<bool> stop{false};
+  VirtualPace pace(stop);
+  return run(pace, cycles);
+}
+
+TEST(SimulatedEye, NoiseDependsOnSeedAndCycleAlone) {
+  // Read in another order, on another plant, with other powers: the same noise at the same cycle.
+  Eye forward = make_eye(0.5, 9);
+  Eye backward = make_eye(0.5, 9, 0.4);
+  std::vector<double> noise;
+  for (std::uint64_t k = 0; k < 100; ++k) {
+    forward.write(0.03);
+    const Reading reading = forward.advance(k);
+    noise.push_back(reading.sample.volume_temperature - reading.truth.volume);
+  }
+  for (std::uint64_t k = 100; k-- > 0;) {
+    backward.write(0.05);
+    const Reading reading = backward.advance(k);
+    // The noise is seen after a rounded sum of some 10 K.
+    ASSERT_NEAR(reading.sample.volume_temperature - reading.truth.volume, noise[k], 1e-13);
+  }
+  Eye other = make_eye(0.5, 10);
+  other.write(0.03);
+  const Reading reading = other.advance(0);
+  EXPECT_NE(reading.sample.volume_temperature - reading.truth.volume, noise[0]);
+}
+
+TEST(SimulatedEye, NoiseHasTheGivenStandardDeviation) {
+  Eye eye = make_eye(0.288, 3);
+  double sum = 0.0;
+  double squares = 0.0;
+  constexpr int kCount = 20000;
+  for (int k = 0; k < kCount; ++k) {
+    const Reading reading = eye.advance(static_cast<std::uint64_t>(k));
+    const double noise = reading.sample.volume_temperature - reading.truth.volume;
+    sum += noise;
+    squares += noise * noise;
+  }
+  // Five standard deviations of mean and variance of 20,000 normal numbers.
+  EXPECT_NEAR(sum / kCount, 0.0, 5 * 0.288 / std::sqrt(kCount));
+  EXPECT_NEAR(squares / kCount / (0.288 * 0.288), 1.0, 5 * std::sqrt(2.0 / kCount));
+}
+
+TEST(SimulatedEye, WatchdogHoldsOnePeriodThenEmitsNothing) {
+  Eye eye = make_eye();
+  EXPECT_EQ(eye.advance(0).sample.applied_power, 0.0) << "no command yet: no light";
+  eye.write(0.05);
+  EXPECT_EQ(eye.advance(1).sample.applied_power, 0.05);
+  EXPECT_EQ(eye.advance(2).sample.applied_power, 0.05) << "held for one more period";
+  for (std::uint64_t k = 3; k < 10; ++k) EXPECT_EQ(eye.advance(k).sample.applied_power, 0.0);
+  eye.write(0.02);
+  EXPECT_EQ(eye.advance(10).sample.applied_power, 0.02) << "a fresh command counts again";
+}
+
+TEST(RunLoop, OnTimeTheClockChangesNothing) {
+  // Late by less than a period is not a missed period.
+  FakeClock clock(std::vector<double>(250, 0.999));
+  const LoopRun paced = run(clock, 250);
+  const LoopRun virtual_time = run_virtual(250);
+  EXPECT_TRUE(same(paced.records, virtual_time.records));
+  EXPECT_EQ(paced.outcome.overruns, 0u);
+  EXPECT_EQ(clock.last_done, 249u);
+}
+
+TEST(RunLoop, RecordsAreCompleteAndRepeatBitForBit) {
+  const LoopRun one = run_virtual(250);
+  ASSERT_EQ(one.outcome.cycles, 250u);
+  EXPECT_FALSE(one.outcome.stopped);
+  EXPECT_EQ(one.progress, 250u);
+  EXPECT_EQ(one.power_afterwards, 0.0) << "the last write must be 0 W";
+  for (std::size_t k = 0; k < 250; ++k) {
+    const CycleRecord& r = one.records[k];
+    ASSERT_EQ(r.cycle, static_cast<std::int64_t>(k));
+    ASSERT_EQ(r.time, static_cast<double>(k + 1) * 1e-3);
+    ASSERT_EQ(r.power, r.decision.power) << "applied is what was decided for this cycle";
+    ASSERT_EQ(r.estimate.status, UpdateStatus::kUpdated);
+    ASSERT_FALSE(r.overrun);
+  }
+  EXPECT_TRUE(same(one.records, run_virtual(250).records));
+}
+
+TEST(RunLoop, MissedPeriodsAreSkippedRecordedAndKeepThePhase) {
+  // The wake-up of cycle 20 comes 3.4 periods late: cycles 21 to 23 have passed as well.
+  std::vector<double> late(100, 0.0);
+  late[20] = 3.4;
+  FakeClock clock(late);
+  const LoopRun result = run(clock, 60);
+  const LoopRun undisturbed = run_virtual(60);
+  EXPECT_EQ(result.outcome.cycles, 60u);
+  EXPECT_EQ(result.outcome.overruns, 3u);
+  for (std::size_t k = 0; k < 20; ++k) {
+    ASSERT_TRUE(same(result.records[k], undisturbed.records[k]));
+  }
+  const auto& r = result.records;
+  const double command = r[20].decision.power;
+  EXPECT_GT(command, 0.0);
+  // The laser: the command, held once, then the watchdog.
+  EXPECT_EQ(r[20].power, command);
+  EXPECT_EQ(r[21].power, command);
+  EXPECT_EQ(r[22].power, 0.0);
+  EXPECT_EQ(r[23].power, 0.0);
+  EXPECT_EQ(r[24].power, r[24].decision.power);
+  // Only the period that has just ended has a fresh sample.
+  for (const std::size_t k : {20u, 21u, 22u}) {
+    EXPECT_TRUE(std::isnan(r[k].measured)) << k;
+    EXPECT_EQ(r[k].estimate.status, UpdateStatus::kNoSample) << k;
+  }
+  EXPECT_TRUE(std::isfinite(r[23].measured));
+  EXPECT_EQ(r[23].estimate.status, UpdateStatus::kUpdated);
+  // The estimator knew what the laser really did: it is as right as before.
+  EXPECT_NEAR(r[23].estimate.outputs.peak, r[23].truth.peak, 4 * r[23].estimate.peak_sigma + 0.05);
+  for (std::size_t k = 0; k < 60; ++k) {
+    EXPECT_EQ(r[k].overrun, k >= 21 && k <= 23) << k;
+    ASSERT_EQ(r[k].cycle, static_cast<std::int64_t>(k)) << "no cycle is lost";
+    ASSERT_EQ(r[k].time, static_cast<double>(k + 1) * 1e-3) << "the grid does not move";
+  }
+  // After the gap the loop waits for the end of cycle 24, not for "now + T".
+  ASSERT_GT(clock.asked.size(), 21u);
+  EXPECT_EQ(clock.asked[20], 20u);
+  EXPECT_EQ(clock.asked[21], 24u);
+}
+
+TEST(RunLoop, AMissBeyondTheEndStaysInsideTheRecords) {
+  for (const double late : {1.0, 5.0, 1e6}) {
+    std::vector<double> lateness(60, 0.0);
+    lateness[57] = late;
+    FakeClock clock(lateness);
+    const LoopRun result = run(clock, 60);
+    EXPECT_EQ(result.outcome.cycles, 60u);
+    EXPECT_EQ(result.records.back().cycle, 59);
+    EXPECT_EQ(result.power_afterwards, 0.0);
+  }
+}
+
+TEST(RunLoop, AStopRequestEndsWithAPeriodAtZero) {
+  for (const std::size_t stop_at : {0u, 1u, 30u, 58u}) {
+    FakeClock clock({}, stop_at);
+    const LoopRun result = run(clock, 60);
+    EXPECT_TRUE(result.outcome.stopped) << stop_at;
+    ASSERT_EQ(result.outcome.cycles, stop_at + 2) << "the cycle that was running, and one at 0 W";
+    EXPECT_EQ(result.progress, stop_at + 2);
+    const CycleRecord& last = result.records.back();
+    EXPECT_EQ(last.power, 0.0);
+    EXPECT_EQ(last.decision.status, MpcStatus::kStopped);
+    EXPECT_EQ(last.estimate.status, UpdateStatus::kUpdated) << "it is still watched";
+    EXPECT_GT(result.records[stop_at].power, 0.0);
+    EXPECT_EQ(result.power_afterwards, 0.0);
+    EXPECT_EQ(clock.last_done, stop_at + 1);
+  }
+}
+
+TEST(RunLoop, AStopInTheLastCycleIsTheOrdinaryEnd) {
+  FakeClock clock({}, 59);
+  const LoopRun result = run(clock, 60);
+  EXPECT_EQ(result.outcome.cycles, 60u);
+  EXPECT_FALSE(result.outcome.stopped);
+  EXPECT_EQ(result.power_afterwards, 0.0);
+}
+
+TEST(RunLoop, AStopDuringMissedPeriodsStillEndsAtZero) {
+  std::vector<double> late(60, 0.0);
+  late[20] = 2.5;
+  FakeClock clock(late, 20);
+  const LoopRun result = run(clock, 60);
+  EXPECT_TRUE(result.outcome.stopped);
+  EXPECT_EQ(result.outcome.cycles, 24u);
+  EXPECT_EQ(result.records.back().power, 0.0);
+  EXPECT_EQ(result.power_afterwards, 0.0);
+}
+
+TEST(RunLoop, StopFlagOfVirtualTimeIsSeenAtOnce) {
+  const std::atomic<bool> stop{true};
+  VirtualPace pace(stop);
+  const LoopRun result = run(pace, 60);
+  EXPECT_TRUE(result.outcome.stopped);
+  EXPECT_EQ(result.outcome.cycles, 2u);
+  EXPECT_EQ(result.records.back().power, 0.0);
+}
+
+TEST(RunLoop, WithoutRecordsThereIsNoLight) {
+  FakeClock clock({});
+  const LoopRun result = run(clock, 0);
+  EXPECT_EQ(result.outcome.cycles, 0u);
+  EXPECT_EQ(result.power_afterwards, 0.0);
+  EXPECT_TRUE(clock.asked.empty());
+}
+
+}  // namespace
+}  // namespace photocoag::testing

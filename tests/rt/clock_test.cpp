@@ -1,0 +1,158 @@
+// Absolute deadlines: not early whatever happens, on a grid that never moves.
+#include <gtest/gtest.h>
+
+#include <signal.h>
+#include <sys/time.h>
+
+#include <atomic>
+#include <cstdint>
+
+#include "photocoag/rt/clock.hpp"
+#include "photocoag/rt/clock_pace.hpp"
+#include "photocoag/rt/real_time.hpp"
+#include "support/heap_guard.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+std::atomic<int> signals{0};
+
+/// SIGALRM every millisecond, without SA_RESTART, so that every sleep is interrupted.
+class SignalStorm {
+ public:
+  SignalStorm() {
+    signals = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { signals.fetch_add(1, std::memory_order_relaxed); };
+    sigaction(SIGALRM, &action, &before_);
+    const itimerval every{.it_interval = {.tv_sec = 0, .tv_usec = 1000},
+                          .it_value = {.tv_sec = 0, .tv_usec = 1000}};
+    setitimer(ITIMER_REAL, &every, nullptr);
+  }
+  ~SignalStorm() {
+    const itimerval never{};
+    setitimer(ITIMER_REAL, &never, nullptr);
+    sigaction(SIGALRM, &before_, nullptr);
+  }
+  SignalStorm(const SignalStorm&) = delete;
+  SignalStorm& operator=(const SignalStorm&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
+TEST(Clock, WaitUntilIsNeverEarly) {
+  for (const std::int64_t ahead : {std::int64_t{1}, std::int64_t{1000}, kMs / 10, kMs, 7 * kMs}) {
+    const std::int64_t deadline = monotonic_ns() + ahead;
+    wait_until(deadline);
+    EXPECT_GE(monotonic_ns(), deadline) << ahead;
+  }
+}
+
+TEST(Clock, SignalsDoNotShortenTheWait) {
+  const SignalStorm storm;
+  const std::int64_t deadline = monotonic_ns() + 25 * kMs;
+  wait_until(deadline);
+  EXPECT_GE(monotonic_ns(), deadline);
+  EXPECT_GT(signals.load(), 2) << "the storm did not reach this sleep";
+}
+
+TEST(Clock, ADeadlineInThePastReturns) {
+  // Would hang (and run into the test's time limit) if it waited for the clock to come round.
+  wait_until(monotonic_ns() - 3'600'000 * kMs);
+  wait_until(0);
+  SUCCEED();
+}
+
+TEST(Clock, IsMonotonic) {
+  std::int64_t last = monotonic_ns();
+  for (int k = 0; k < 100000; ++k) {
+    const std::int64_t now = monotonic_ns();
+    ASSERT_GE(now, last);
+    last = now;
+  }
+}
+
+TEST(ClockPace, WaitsForDeadlinesOnTheGrid) {
+  const std::atomic<bool> stop{false};
+  ClockPace pace(2e-3, 10, stop);
+  const std::int64_t before = monotonic_ns();
+  pace.start();
+  std::size_t cycle = 0;
+  while (cycle < 10) {
+    const Tick tick = pace.wait_for_end_of(cycle);
+    // Not before t0 + (k + 1) T, however late the cycles before have been.
+    ASSERT_GE(monotonic_ns(), before + static_cast<std::int64_t>(cycle + 1) * 2 * kMs);
+    EXPECT_FALSE(tick.stop);
+    pace.done(cycle);
+    cycle += 1 + tick.missed;
+  }
+}
+
+TEST(ClockPace, CountsThePeriodsOfALongSleepAndKeepsThePhase) {
+  constexpr std::int64_t kPeriod = 2 * kMs;
+  const std::atomic<bool> stop{false};
+  ClockPace pace(2e-3, 10, stop);
+  const std::int64_t before = monotonic_ns();
+  pace.start();
+  const std::int64_t started = monotonic_ns();
+  std::size_t cycle = 0;
+  for (std::size_t wait = 0; wait < 3; ++wait) {
+    // Sleep past the end of this cycle and of at least two more.
+    wait_until(started + static_cast<std::int64_t>(cycle + 3) * kPeriod);
+    const std::int64_t asked = monotonic_ns();
+    const Tick tick = pace.wait_for_end_of(cycle);
+    const std::int64_t answered = monotonic_ns();
+    pace.done(cycle);
+    const std::int64_t late = pace.timing().wake_late[wait];
+    EXPECT_GE(tick.missed, 2u);
+    EXPECT_EQ(tick.missed, static_cast<std::size_t>(late / kPeriod));
+    // Woken between `asked` and `answered`, `late` after t0 + (k + 1) T with t0 between `before`
+    // and `started`: true however slow the machine is, false for a grid that moved with the sleep.
+    const std::int64_t end = static_cast<std::int64_t>(cycle + 1) * kPeriod;
+    EXPECT_LE(asked - late, started + end);
+    EXPECT_GE(answered - late, before + end);
+    cycle += 1 + tick.missed;
+  }
+}
+
+TEST(ClockPace, SeesTheStopFlag) {
+  std::atomic<bool> stop{false};
+  ClockPace pace(1e-3, 3, stop);
+  pace.start();
+  EXPECT_FALSE(pace.wait_for_end_of(0).stop);
+  stop = true;
+  EXPECT_TRUE(pace.wait_for_end_of(1).stop);
+}
+
+TEST(ClockPace, RecordsNoMoreThanItHasRoomForAndAllocatesNothing) {
+  const std::atomic<bool> stop{false};
+  ClockPace pace(1e-4, 5, stop);
+  const std::size_t room = pace.timing().wake_late.capacity();
+  HeapUse use;
+  {
+    const HeapGuard guard;
+    pace.start();
+    for (std::size_t k = 0; k < room + 20; ++k) {
+      pace.wait_for_end_of(k);
+      pace.done(k);
+    }
+    use = guard.use();
+  }
+  EXPECT_EQ(use, HeapUse{});
+  EXPECT_EQ(pace.timing().wake_late.size(), room);
+  EXPECT_EQ(pace.timing().cycle.size(), room);
+  for (const std::int64_t late : pace.timing().wake_late) EXPECT_GE(late, 0);
+  for (const std::int64_t cycle : pace.timing().cycle) EXPECT_GE(cycle, 0);
+}
+
+TEST(RealTime, DescribesWhatWasGranted) {
+  EXPECT_EQ((RealTime{.fifo_priority = true, .locked_memory = true}).describe(),
+            "SCHED_FIFO, memory locked");
+  EXPECT_EQ(RealTime{}.describe(), "ordinary scheduling, memory not locked");
+}
+
+}  // namespace
+}  // namespace photocoag::testing
