@@ -7,7 +7,7 @@ namespace photocoag {
 namespace {
 
 // K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
-// taken at face value, one sample of -1000 K would keep the laser at full power.
+// taken at face value, one sample of -1e6 K would keep the laser at full power.
 constexpr double kColdestSample = -50.0;
 constexpr double kHottestSample = 300.0;
 
