@@ -33,7 +33,7 @@ std::string percent(const ComparisonRow& row) {
 
 // Rows of one table: a label and the cells in the order of the columns.
 void print_rows(const std::vector<ComparisonRow>& rows, std::size_t columns,
-                std::string_view (*label)(const ReductionSettings&)) {
+                std::string (*label)(const ReductionSettings&)) {
   for (std::size_t first = 0; first + columns <= rows.size(); first += columns) {
     fmt::print("{:<20}", label(rows[first].settings));
     for (std::size_t i = first; i < first + columns; ++i) fmt::print("{:>9}", percent(rows[i]));
@@ -46,7 +46,7 @@ void print_tables(const Comparison& comparison) {
   for (int order = kFirstOrder; order <= kLastOrder; ++order) fmt::print("{:>9}", order);
   fmt::print("\n");
   print_rows(comparison.methods, kLastOrder - kFirstOrder + 1,
-             [](const ReductionSettings& s) { return to_string(s.method); });
+             [](const ReductionSettings& s) { return s.name(); });
   if (std::any_of(comparison.methods.begin(), comparison.methods.end(),
                   [](const ComparisonRow& row) { return !row.refused.empty(); })) {
     fmt::print("* a controller would refuse this model: verify() in rom/reduced_model.hpp\n");
@@ -58,47 +58,49 @@ void print_tables(const Comparison& comparison) {
     fmt::print("{:>9}", comparison.dependences[i].settings.parameter_terms);
   }
   fmt::print("\n");
-  print_rows(comparison.dependences, terms,
-             [](const ReductionSettings& s) { return to_string(s.parameter_dependence); });
+  print_rows(comparison.dependences, terms, [](const ReductionSettings& s) {
+    return std::string(to_string(s.parameter_dependence));
+  });
 }
 
 std::string csv(const Comparison& comparison, double period) {
   std::string text =
-      "period_ms,method,parameter_dependence,terms,order,peak_error_relative,"
+      "period_ms,method,refinement,parameter_dependence,terms,order,peak_error_relative,"
       "volume_error_relative,refused\n";
   for (const auto* rows : {&comparison.methods, &comparison.dependences}) {
     for (const ComparisonRow& row : *rows) {
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", period * 1e3,
-                     to_string(row.settings.method), to_string(row.settings.dependence()),
-                     row.settings.terms(), row.settings.order, row.peak, row.volume,
-                     row.refused.empty() ? "no" : "yes");
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", period * 1e3,
+                     to_string(row.settings.method),
+                     row.settings.refined() ? to_string(row.settings.refinement) : "none",
+                     to_string(row.settings.dependence()), row.settings.terms(), row.settings.order,
+                     row.peak, row.volume, row.refused.empty() ? "no" : "yes");
     }
   }
   return text;
 }
 
 Figure figure(const Comparison& comparison, double period) {
-  Figure result{.description = "Largest relative error of five reductions against the order",
+  Figure result{.description = "Largest relative error of the reductions against the order",
                 .x_label = "order: states of the reduced model",
                 .x_min = kFirstOrder,
                 .x_max = kLastOrder};
-  constexpr std::array<Ink, 5> kInks{Ink::kSeries1, Ink::kSeries2, Ink::kSeries3, Ink::kSeries4,
-                                     Ink::kNeutral};
-  constexpr std::array<Dash, 5> kDashes{Dash::kSolid, Dash::kDashed, Dash::kDotted,
-                                        Dash::kDashDotted, Dash::kSolid};
+  constexpr std::array kInks{Ink::kSeries1, Ink::kSeries2, Ink::kSeries3,
+                             Ink::kSeries4, Ink::kMuted,   Ink::kNeutral};
+  constexpr std::array kDashes{Dash::kSolid,      Dash::kDashed, Dash::kDotted,
+                               Dash::kDashDotted, Dash::kSolid,  Dash::kSolid};
   for (const bool peak : {true, false}) {
     Panel panel{.title = fmt::format("{} temperature, {} ms: log10 of the largest error in %",
                                      peak ? "Peak" : "Volume", period * 1e3)};
     for (const ComparisonRow& row : comparison.methods) {
-      const auto m = static_cast<std::size_t>(row.settings.method);
-      if (panel.series.size() <= m) {
-        panel.series.push_back({.legend = std::string(to_string(row.settings.method)),
-                                .ink = kInks[m],
-                                .dash = kDashes[m]});
+      const auto m = static_cast<std::size_t>(row.settings.method) +
+                     (row.settings.refined() ? kReductionMethodWords.size() : 0);
+      if (panel.series.empty() || panel.series.back().legend != row.settings.name()) {
+        panel.series.push_back(
+            {.legend = row.settings.name(), .ink = kInks[m], .dash = kDashes[m]});
       }
       const double error = peak ? row.peak : row.volume;
-      panel.series[m].x.push_back(row.settings.order);
-      panel.series[m].y.push_back(error > 0.0 ? std::log10(100.0 * error) : std::nan(""));
+      panel.series.back().x.push_back(row.settings.order);
+      panel.series.back().y.push_back(error > 0.0 ? std::log10(100.0 * error) : std::nan(""));
     }
     result.panels.push_back(std::move(panel));
   }

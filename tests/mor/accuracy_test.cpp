@@ -58,24 +58,26 @@ TEST(Accuracy, OtherRandomSignalsGiveLittleMore) {
   }
 }
 
-// The alphas the basis was trained on, read from the source, must not be among those it is judged
-// by.
+// The alphas that basis and refinement were trained on, read from the sources, must not be among
+// those a model is judged by.
 TEST(Accuracy, CheckIsDisjointFromTraining) {
-  std::ifstream stream(std::string(PHOTOCOAG_SOURCE_DIR) + "/src/photocoag/mor/pod.cpp");
-  std::stringstream source;
-  source << stream.rdbuf();
-  const std::string text = source.str();
-  const std::size_t start = text.find("kTraining{{");
-  ASSERT_NE(start, std::string::npos);
-  const std::string line = text.substr(start, text.find(';', start) - start);
-  // Each entry is {alpha, weight}.
   std::vector<double> trained;
-  for (std::size_t at = start; at < start + line.size(); ++at) {
-    if (text[at] == '{' && std::isdigit(static_cast<unsigned char>(text[at + 1]))) {
-      trained.push_back(std::stod(text.substr(at + 1, 20)));
+  for (const std::string file : {"pod.cpp", "refine.cpp"}) {
+    std::ifstream stream(std::string(PHOTOCOAG_SOURCE_DIR) + "/src/photocoag/mor/" + file);
+    std::stringstream source;
+    source << stream.rdbuf();
+    const std::string text = source.str();
+    const std::size_t start = text.find("kTraining{{");
+    ASSERT_NE(start, std::string::npos) << file;
+    const std::size_t end = text.find(';', start);
+    // Each entry is {alpha, weight, …}.
+    for (std::size_t at = start; at < end; ++at) {
+      if (text[at] == '{' && std::isdigit(static_cast<unsigned char>(text[at + 1]))) {
+        trained.push_back(std::stod(text.substr(at + 1, 20)));
+      }
     }
   }
-  ASSERT_EQ(trained.size(), 3U) << line;
+  ASSERT_EQ(trained.size(), 3U + 8U);
   const auto full = model_of(Tissue{}, 1000);
   const ReducedModel model = reduce(full, {}, 4e-3, Discretization::kZeroOrderHold);
   for (const double checked : model.error.absorption_factors) {

@@ -72,8 +72,10 @@ TEST(Bases, CoordinatesDoNotChangeTheTransferFunction) {
   const ParametricSource source = parametric_source(*full, ParameterDependence::kChebyshev, 8);
   for (const ReductionMethod method : kMethods) {
     SCOPED_TRACE(to_string(method));
-    const ReductionSettings settings{
-        .method = method, .order = 8, .parameter_dependence = ParameterDependence::kChebyshev};
+    const ReductionSettings settings{.method = method,
+                                     .order = 8,
+                                     .parameter_dependence = ParameterDependence::kChebyshev,
+                                     .refinement = Refinement::kNone};
     const ParametricSource own = method == ReductionMethod::kTaylor
                                      ? parametric_source(*full, ParameterDependence::kTaylor, 5)
                                      : source;
@@ -128,7 +130,7 @@ TEST(Bases, ErrorsFallWithTheOrder) {
 TEST(Compare, HasEveryMethodAndOrderAndIsDeterministic) {
   const auto full = model_of(Tissue{}, 3000);
   const Comparison first = compare_reductions(full, 4e-3, Discretization::kZeroOrderHold);
-  ASSERT_EQ(first.methods.size(), std::size(kMethods) * 13U);
+  ASSERT_EQ(first.methods.size(), (std::size(kMethods) + 1U) * 13U);  // and the refined default
   for (const ReductionMethod method : kMethods) {
     for (int order = 2; order <= 14; ++order) {
       EXPECT_TRUE(std::isfinite(first.error(method, order))) << to_string(method) << order;
@@ -146,7 +148,8 @@ TEST(Compare, HasEveryMethodAndOrderAndIsDeterministic) {
 // Measured through the shared run or alone: the same numbers.
 TEST(Compare, MeasuresAsReduceDoes) {
   const auto full = model_of(Tissue{}, 3000);
-  const ReducedModel model = reduce(full, {}, 4e-3, Discretization::kZeroOrderHold);
+  const ReducedModel model =
+      reduce(full, {.refinement = Refinement::kNone}, 4e-3, Discretization::kZeroOrderHold);
   const Comparison comparison = compare_reductions(full, 4e-3, Discretization::kZeroOrderHold);
   EXPECT_EQ(comparison.error(ReductionMethod::kPodDeim, 6),
             std::max(model.error.peak_max(), model.error.volume_max()));

@@ -41,7 +41,8 @@ double largest_error(const std::vector<ComparisonRow>& rows, Matches matches) {
 
 double Comparison::error(ReductionMethod method, int order) const {
   return largest_error(methods, [&](const ComparisonRow& row) {
-    return row.settings.method == method && row.settings.order == order;
+    return row.settings.method == method && row.settings.order == order &&
+           row.settings.refinement == Refinement::kNone;
   });
 }
 
@@ -62,15 +63,19 @@ Comparison compare_reductions(std::shared_ptr<const FullOrderModel> full, double
   std::vector<ReductionSettings> wanted;
   for (std::size_t m = 0; m < kReductionMethodWords.size(); ++m) {
     for (int order = kFirstOrder; order <= kLastOrder; ++order) {
-      wanted.push_back({.method = static_cast<ReductionMethod>(m), .order = order});
+      wanted.push_back({.method = static_cast<ReductionMethod>(m),
+                        .order = order,
+                        .refinement = Refinement::kNone});
     }
   }
+  for (int order = kFirstOrder; order <= kLastOrder; ++order) wanted.push_back({.order = order});
   const std::size_t methods = wanted.size();
   for (std::size_t d = 0; d < kParameterDependenceWords.size(); ++d) {
     for (int terms = kFirstTerms; terms <= kLastTerms; ++terms) {
       wanted.push_back({.order = kLastOrder,
                         .parameter_dependence = static_cast<ParameterDependence>(d),
-                        .parameter_terms = terms});
+                        .parameter_terms = terms,
+                        .refinement = Refinement::kNone});
     }
   }
   Comparison comparison;

@@ -19,7 +19,7 @@ struct ComparisonRow {
 };
 
 struct Comparison {
-  std::vector<ComparisonRow> methods;      ///< each method, order 2 … 14, its default terms
+  std::vector<ComparisonRow> methods;      ///< each method as projected, then the default
   std::vector<ComparisonRow> dependences;  ///< POD basis, order 14: each dependence, 2 … 8 terms
 
   /// Largest of both outputs' errors; NaN if there is no such row or model.

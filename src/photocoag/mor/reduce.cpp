@@ -1,9 +1,11 @@
 #include "photocoag/mor/reduce.hpp"
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/mor/bases.hpp"
 #include "photocoag/mor/certificate.hpp"
 #include "photocoag/mor/parameter_dependence.hpp"
 #include "photocoag/mor/project.hpp"
+#include "photocoag/mor/refine.hpp"
 
 namespace photocoag {
 
@@ -19,15 +21,38 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
   ReducedModel model;
   project(full, space, make_bases(full, space, settings.method, settings.order, source), source,
           model);
+  if (settings.refined()) refine(full, space, source, period, discretization, model);
   model.tissue = full.tissue();
   model.volume_normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   model.whole = AbsorptionLaw(model.tissue).whole();
-  model.method = to_string(settings.method);
+  model.method = settings.name();
   model.parameter_dependence = to_string(settings.dependence());
   model.full_order_states = full.states();
   model.discretize(period, discretization);
   return model;
 }
+
+namespace {
+
+// The fit keeps stability, not the signs that verify() asks for; a projection then has to do.
+ReducedModel trusted_model(const FullOrderModel& full, const ImpulseSpace& space,
+                           ReductionSettings settings, double period,
+                           Discretization discretization) {
+  if (settings.refined()) {
+    ReducedModel refined = project_model(full, space, settings, period, discretization);
+    try {
+      verify(refined);
+      return refined;
+    } catch (const Error&) {
+      settings.refinement = Refinement::kNone;
+    }
+  }
+  ReducedModel projected = project_model(full, space, settings, period, discretization);
+  verify(projected);
+  return projected;
+}
+
+}  // namespace
 
 ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionSettings& settings,
                     double period, Discretization discretization, const Progress& progress) {
@@ -38,8 +63,7 @@ ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionS
   report("collecting impulse responses", 0.0);
   const ImpulseSpace space = reduction_space(*full);
   report("choosing the basis", 0.4);
-  ReducedModel model = project_model(*full, space, settings, period, discretization);
-  verify(model);
+  ReducedModel model = trusted_model(*full, space, settings, period, discretization);
   model.error = measure_error(model, full, {}, [&report](std::string_view stage, double fraction) {
     report(stage, 0.5 + 0.2 * fraction);
   });

@@ -15,6 +15,14 @@ int ReductionSettings::terms() const noexcept {
   return dependence() == ParameterDependence::kChebyshev ? kChebyshevTerms : kTerms;
 }
 
+bool ReductionSettings::refined() const noexcept {
+  return refinement == Refinement::kOutputError && method != ReductionMethod::kBalancedTwoSided;
+}
+
+std::string ReductionSettings::name() const {
+  return std::string(to_string(method)) + (refined() ? ", refined" : "");
+}
+
 void ReductionSettings::validate() const {
   require(order >= 1 && order <= 14, "model.order", order, "an integer from 1 to 14");
   require(parameter_terms >= 0 && parameter_terms <= 12, "model.parameter_terms", parameter_terms,

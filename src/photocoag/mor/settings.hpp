@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <string_view>
 
 namespace photocoag {
@@ -38,6 +39,18 @@ constexpr std::string_view to_string(ParameterDependence dependence) noexcept {
   return kParameterDependenceWords[static_cast<std::size_t>(dependence)];
 }
 
+/// What is done to a projected model afterwards. In the order of kRefinementWords.
+enum class Refinement {
+  kOutputError,  ///< rates and weights fitted to the full-order model's responses (refine.hpp)
+  kNone,         ///< nothing: the paper's model
+};
+
+inline constexpr std::array<std::string_view, 2> kRefinementWords{"output-error", "none"};
+
+constexpr std::string_view to_string(Refinement refinement) noexcept {
+  return kRefinementWords[static_cast<std::size_t>(refinement)];
+}
+
 struct ReductionSettings {
   ReductionMethod method = ReductionMethod::kPodDeim;
   int order = 6;  ///< states of the reduced model, 1 to 14
@@ -45,9 +58,15 @@ struct ReductionSettings {
   ParameterDependence parameter_dependence = ParameterDependence::kDeim;
   int parameter_terms = 0;  ///< 1 to 12; 0: 8 for kChebyshev, else 5
 
+  /// Method kBalancedTwoSided is no Galerkin projection and is never refined.
+  Refinement refinement = Refinement::kOutputError;
+
   /// The dependence and number of terms that are used.
   ParameterDependence dependence() const noexcept;
   int terms() const noexcept;
+  bool refined() const noexcept;
+  /// For people and files: "pod-deim, refined".
+  std::string name() const;
 
   /// Throws Error naming the key ("model.…"), the value and the range.
   void validate() const;

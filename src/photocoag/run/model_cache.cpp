@@ -21,9 +21,10 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
                       const ReductionSettings& reduction, double period,
                       Discretization discretization) {
   std::string text =
-      fmt::format("{} {} {} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}",
+      fmt::format("{} {} {} {} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}",
                   source_hash(), kModelFileVersion, grid.min_cells, to_string(reduction.method),
-                  reduction.order, to_string(reduction.dependence()), reduction.terms(), period,
+                  to_string(reduction.refinement), reduction.order,
+                  to_string(reduction.dependence()), reduction.terms(), period,
                   to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
                   tissue.spot_radius, tissue.transmission, tissue.density, tissue.heat_capacity,
                   tissue.conductivity, to_string(tissue.volume_temperature), tissue.peak_layer);

@@ -1,0 +1,26 @@
+// Role: offline; a reduced model's numbers adjusted until its responses follow the full-order
+// model's as closely as its order allows. Used by mor. Source: output-error least squares by
+// Levenberg and Marquardt (Nocedal and Wright 2006, section 10.3); docs/models.md (refinement).
+// Difference to a projection: rates, inputs and peak weights are free; the structure that
+// guarantees stability and passivity is kept: A diagonal and negative, C_vol = B' / gain. Units:
+// SI.
+#pragma once
+
+#include "photocoag/core/discretization.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/mor/impulse_space.hpp"
+#include "photocoag/mor/parameter_dependence.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// Minimises over (rates, B_j, C_peak) the weighted squares of the differences between the pulse
+/// responses of both outputs, at eight alphas and at the ends of periods up to 6 s:
+///   sum_a sum_k w_k^2 [ (h_peak,k - h_peak,k^r)^2 / gain_peak^2 + the same for the volume ]
+/// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); it is
+/// where the search starts, and nothing worse is returned. Changes A, B, C_volume and C_peak.
+/// Periods in s. Allocates. Deterministic.
+void refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
+            double period, Discretization how, ReducedModel& model);
+
+}  // namespace photocoag
