@@ -77,7 +77,8 @@ TEST(Reduce, VolumeSteadyGainGrowsTowardTheFullModels) {
   const double exact = stepper.outputs(weights).volume;
   double last = 0.0;
   for (const int order : {1, 2, 4, 6, 8, 10, 12, 14}) {
-    const ReducedModel model = reduced(full, order);
+    const ReducedModel model = reduce(full, {.order = order, .refinement = Refinement::kNone}, 1e-3,
+                                      Discretization::kZeroOrderHold);
     VectorXd theta(model.terms());
     for (int j = 0; j < model.terms(); ++j) theta[j] = model.theta.points[j].evaluate(alpha).value;
     const VectorXd b = MatrixXd(model.B) * theta;

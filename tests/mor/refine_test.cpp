@@ -25,9 +25,11 @@ class Refine : public ::testing::Test {
     full = std::make_shared<const FullOrderModel>(tissue, GridSettings{.min_cells = 5000});
     space = reduction_space(*full);
   }
+
   static ReducedModel model(const ReductionSettings& settings) {
     return project_model(*full, space, settings, kPeriod, Discretization::kZeroOrderHold);
   }
+
   static inline std::shared_ptr<const FullOrderModel> full;
   static inline ImpulseSpace space;
 };
@@ -84,6 +86,26 @@ TEST_F(Refine, BringsTheErrorDown) {
           response_error(full, model({.order = order, .refinement = Refinement::kNone}));
       const double refined = response_error(full, model({.order = order}));
       EXPECT_LT(refined, 0.5 * projected) << "order " << order;
+    }
+  }
+}
+
+// What the documents promise of the default: proved for all time and any power from 0 to u_max,
+// relative to the steady gain.
+TEST(CertifiedError, OrderSixAndTen) {
+  const auto full = std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{});
+  struct Promise {
+    int order;
+    double peak;
+    double volume;
+  };
+  for (const Promise& promise : {Promise{6, 0.025, 0.025}, Promise{10, 0.008, 0.008}}) {
+    for (const double period : {1e-3, 4e-3}) {
+      const ReducedModel model =
+          reduce(full, {.order = promise.order}, period, Discretization::kZeroOrderHold);
+      ASSERT_TRUE(model.certificate.has_value());
+      EXPECT_LE(model.certificate->peak.relative_max(), promise.peak) << promise.order;
+      EXPECT_LE(model.certificate->volume.relative_max(), promise.volume) << promise.order;
     }
   }
 }

@@ -21,7 +21,19 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
   ReducedModel model;
   project(full, space, make_bases(full, space, settings.method, settings.order, source), source,
           model);
-  if (settings.refined()) refine(full, space, source, period, discretization, model);
+  if (settings.refined()) {
+    // The sum of squares has several minima: search from other projections too.
+    double least = refine(full, space, source, period, discretization, model);
+    for (const ReductionMethod other : {ReductionMethod::kBalanced, ReductionMethod::kIrka}) {
+      ReducedModel candidate;
+      project(full, space, make_bases(full, space, other, settings.order, source), source,
+              candidate);
+      const double sum = refine(full, space, source, period, discretization, candidate);
+      if (!(sum < least)) continue;
+      least = sum;
+      model = candidate;
+    }
+  }
   model.tissue = full.tissue();
   model.volume_normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   model.whole = AbsorptionLaw(model.tissue).whole();

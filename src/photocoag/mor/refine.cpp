@@ -195,8 +195,8 @@ double evaluate(const Target& target, const Parameters& p, double gain, double p
 
 }  // namespace
 
-void refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
-            double period, Discretization how, ReducedModel& model) {
+double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
+              double period, Discretization how, ReducedModel& model) {
   constexpr int kMaxIterations = 200;
   constexpr double kMaxDamping = 1e12;
   const double gain = full.input_gain();
@@ -235,6 +235,7 @@ void refine(const FullOrderModel& full, const ImpulseSpace& space, const Paramet
     model.C_volume.col(i) = sign * best.input.row(from).transpose();
     model.B.row(i) = gain * sign * best.input.row(from);
   }
+  return cost;
 }
 
 }  // namespace photocoag

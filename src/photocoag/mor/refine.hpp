@@ -18,9 +18,9 @@ namespace photocoag {
 /// responses of both outputs, at eight alphas and at the ends of periods up to 6 s:
 ///   sum_a sum_k w_k^2 [ (h_peak,k - h_peak,k^r)^2 / gain_peak^2 + the same for the volume ]
 /// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); it is
-/// where the search starts, and nothing worse is returned. Changes A, B, C_volume and C_peak.
-/// Periods in s. Allocates. Deterministic.
-void refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
-            double period, Discretization how, ReducedModel& model);
+/// where the search starts, and nothing worse is left. Returns half the sum, to compare starts by.
+/// Changes A, B, C_volume and C_peak. Periods in s. Allocates. Deterministic.
+double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
+              double period, Discretization how, ReducedModel& model);
 
 }  // namespace photocoag
