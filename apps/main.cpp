@@ -172,7 +172,10 @@ int run_command(int argc, char** argv) {
   bench_app
       ->add_option("--json", bench_options.json, "also write the numbers; - is standard output")
       ->type_name("FILE");
-  bench_app->footer(footer("  photocoag bench cycle"));
+  bench_app->footer(
+      footer("  photocoag bench cycle\n"
+             "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
+             "                                of its own in the source tree, see benchmarks/"));
   bench_app->callback([&] { exit_code = bench(bench_options); });
 
   try {
