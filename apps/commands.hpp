@@ -35,6 +35,11 @@ struct ReduceOptions : CommonOptions {
   std::string order;
 };
 
+struct ExportOptions : CommonOptions {
+  std::string out;                         ///< folder, new or empty
+  std::vector<double> absorption_factors;  ///< columns of B
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -45,6 +50,7 @@ int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
+int export_command(const ExportOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int bench(const BenchOptions& options);

@@ -144,6 +144,26 @@ int run_command(int argc, char** argv) {
              "  photocoag simulate --set model.file=model.json"));
   reduce_app->callback([&] { exit_code = reduce_command(reduce_options); });
 
+  ExportOptions export_options;
+  CLI::App* export_app = app.add_subcommand(
+      "export",
+      "write the full-order model as sparse matrices (Matrix Market), for other programs");
+  add_common(*export_app, export_options);
+  export_app->add_option("--out", export_options.out, "folder, new or empty")
+      ->required()
+      ->type_name("DIR");
+  export_app
+      ->add_option("--alphas", export_options.absorption_factors,
+                   "absorption factors of the columns of B and the rows of C, by comma")
+      ->required()
+      ->delimiter(',')
+      ->type_name("a1,a2,...");
+  export_app->footer(footer(
+      "  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
+      "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"
+      "measures errors with and the full-order model's temperatures for them."));
+  export_app->callback([&] { exit_code = export_command(export_options); });
+
   CommonOptions config_options;
   CLI::App* config_app =
       app.add_subcommand("config", "check a configuration and print it complete and annotated");
