@@ -3,6 +3,7 @@
 // Error (exit code 2).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,14 @@ struct ExportOptions : CommonOptions {
   std::vector<double> absorption_factors;  ///< columns of B
 };
 
+struct FieldOptions : CommonOptions {
+  std::string model = "full";
+  std::optional<double> power;  ///< W, constant
+  std::string run;              ///< or a run folder
+  std::vector<double> times;    ///< s
+  std::string out;              ///< folder, new or empty
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -51,6 +60,7 @@ int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int export_command(const ExportOptions& options);
+int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int bench(const BenchOptions& options);
