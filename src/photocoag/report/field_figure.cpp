@@ -14,8 +14,8 @@ namespace {
 
 using Out = std::back_insert_iterator<std::string>;
 
-constexpr double kLeft = 46.0, kRight = 8.0, kTop = 44.0, kBottom = 36.0;  // px around the plot
-constexpr double kLine = 15.0;                                             // px of a line of text
+constexpr double kLeft = 46.0, kRight = 14.0, kTop = 44.0, kBottom = 36.0;  // px around the plot
+constexpr double kLine = 15.0;                                              // px of a line of text
 constexpr double kMicro = 1e6;
 
 double center(const std::vector<double>& faces, std::size_t cell) {
@@ -66,13 +66,22 @@ void text(std::string& svg, std::string_view style, double x, double y, std::str
                  style, x, y, anchor, escape_html(words));
 }
 
-// One isotherm: down on the right side, up on the left. A point for every px of depth at most.
+// One isotherm: down on the right side, up on the left. About a point for every px of depth, and
+// its tips on the axis.
 void isotherm(std::string& svg, const TemperatureField& field, const Frame& frame, double level) {
   std::vector<std::pair<double, double>> side;  // radius, y
   double last_y = -1e9;
+  bool was_hot = false;
   for (std::size_t j = 0; j < field.axial_cells(); ++j) {
     const double y = frame.y(center(field.depth_m, j));
-    if (y < kTop - 1.0 || y > frame.bottom() + 1.0 || y - last_y < 1.0) continue;
+    const bool hot = field.at(0, j) >= level;
+    if (j > 0 && hot != was_hot) {
+      const double share = (level - field.at(0, j - 1)) / (field.at(0, j) - field.at(0, j - 1));
+      const double before = frame.y(center(field.depth_m, j - 1));
+      side.emplace_back(0.0, std::clamp(before + share * (y - before), kTop, frame.bottom()));
+    }
+    was_hot = hot;
+    if (!hot || y < kTop - 1.0 || y > frame.bottom() + 1.0 || y - last_y < 1.0) continue;
     const double radius = std::min(isotherm_radius(field, j, level), frame.radius);
     side.emplace_back(radius, std::clamp(y, kTop, frame.bottom()));
     last_y = y;
@@ -81,9 +90,7 @@ void isotherm(std::string& svg, const TemperatureField& field, const Frame& fram
   const auto point = [&](double radius, double y) {
     fmt::format_to(Out(path), "{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', frame.x(radius), y);
   };
-  for (const auto& [radius, y] : side) {
-    if (radius > 0.0) point(radius, y);
-  }
+  for (const auto& [radius, y] : side) point(radius, y);
   for (auto it = side.rbegin(); it != side.rend(); ++it) {
     if (it->first > 0.0) point(-it->first, it->second);
   }
@@ -134,7 +141,7 @@ void axes(std::string& lines, std::string& words, const Frame& frame) {
       "\n",
       kLeft, kTop, frame.right(), frame.bottom());
   const double reach = frame.radius * kMicro;
-  const plot_detail::Ticks across = plot_detail::choose_ticks(-reach, reach, frame.width / 80.0);
+  const plot_detail::Ticks across = plot_detail::choose_ticks(-reach, reach, frame.width / 60.0);
   for (double r = -std::floor(reach / across.step) * across.step; r <= reach; r += across.step) {
     const double x = frame.x(r / kMicro);
     fmt::format_to(Out(lines),
