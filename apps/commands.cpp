@@ -20,6 +20,7 @@
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/run/boundaries.hpp"
+#include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -138,6 +139,7 @@ int run(const RunOptions& options, Pacing pacing) {
   bool complete = true;
   try {
     write_run(folder, config, treatment);
+    write_field(folder, config, treatment, models);
     write_report(folder);
   } catch (const Error& error) {
     complete = false;  // the treatment is over: what could be written is there

@@ -3,6 +3,7 @@
 // Error (exit code 2).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,19 @@ struct ReduceOptions : CommonOptions {
   std::string order;
 };
 
+struct ExportOptions : CommonOptions {
+  std::string out;                         ///< folder, new or empty
+  std::vector<double> absorption_factors;  ///< columns of B
+};
+
+struct FieldOptions : CommonOptions {
+  std::string model = "full";
+  std::optional<double> power;  ///< W, constant
+  std::string run;              ///< or a run folder
+  std::vector<double> times;    ///< s
+  std::string out;              ///< folder, new or empty
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -45,6 +59,8 @@ int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
+int export_command(const ExportOptions& options);
+int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int bench(const BenchOptions& options);

@@ -144,6 +144,55 @@ int run_command(int argc, char** argv) {
              "  photocoag simulate --set model.file=model.json"));
   reduce_app->callback([&] { exit_code = reduce_command(reduce_options); });
 
+  FieldOptions field_options;
+  CLI::App* field_app = app.add_subcommand(
+      "field", "temperatures in all cells at chosen times as VTK files, for ParaView");
+  add_common(*field_app, field_options);
+  field_app
+      ->add_option("--model", field_options.model,
+                   "full, or reduced: the field of the reduced state, T = V x")
+      ->check(CLI::IsMember({"full", "reduced"}));
+  field_app->add_option("--power", field_options.power, "constant laser power, W")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("W");
+  field_app->add_option("--run", field_options.run, "or the powers of this run folder")
+      ->type_name("DIR");
+  field_app
+      ->add_option("--times", field_options.times,
+                   "times, s, by comma: whole multiples of control.period_ms")
+      ->required()
+      ->delimiter(',')
+      ->type_name("t1,t2,...");
+  field_app->add_option("--out", field_options.out, "folder, new or empty")
+      ->required()
+      ->type_name("DIR");
+  field_app->footer(
+      footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"
+             "  photocoag field --model reduced --power 0.03 --times 0.1 --out reduced-fields\n"
+             "  photocoag field --run runs/first --times 0.005,0.25 --out runs/first-fields\n"
+             "The eye is that of [plant]. fields.pvd is the series of all times."));
+  field_app->callback([&] { exit_code = field_command(field_options); });
+
+  ExportOptions export_options;
+  CLI::App* export_app = app.add_subcommand(
+      "export",
+      "write the full-order model as sparse matrices (Matrix Market), for other programs");
+  add_common(*export_app, export_options);
+  export_app->add_option("--out", export_options.out, "folder, new or empty")
+      ->required()
+      ->type_name("DIR");
+  export_app
+      ->add_option("--alphas", export_options.absorption_factors,
+                   "absorption factors of the columns of B and the rows of C, by comma")
+      ->required()
+      ->delimiter(',')
+      ->type_name("a1,a2,...");
+  export_app->footer(
+      footer("  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
+             "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"
+             "measures errors with and the full-order model's temperatures for them."));
+  export_app->callback([&] { exit_code = export_command(export_options); });
+
   CommonOptions config_options;
   CLI::App* config_app =
       app.add_subcommand("config", "check a configuration and print it complete and annotated");
@@ -172,7 +221,10 @@ int run_command(int argc, char** argv) {
   bench_app
       ->add_option("--json", bench_options.json, "also write the numbers; - is standard output")
       ->type_name("FILE");
-  bench_app->footer(footer("  photocoag bench cycle"));
+  bench_app->footer(
+      footer("  photocoag bench cycle\n"
+             "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
+             "                                of its own in the source tree, see benchmarks/"));
   bench_app->callback([&] { exit_code = bench(bench_options); });
 
   try {

@@ -19,14 +19,14 @@ inline std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Every .md file of the repository: the root, docs/ and tests/.
+/// Every .md file of the repository: the root, docs/, tests/ and benchmarks/.
 inline std::vector<std::filesystem::path> documents() {
   namespace fs = std::filesystem;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(source_folder())) {
     if (entry.path().extension() == ".md") files.push_back(entry.path());
   }
-  for (const char* folder : {"docs", "tests"}) {
+  for (const char* folder : {"docs", "tests", "benchmarks"}) {
     for (const auto& entry : fs::recursive_directory_iterator(source_folder() / folder)) {
       if (entry.path().extension() == ".md") files.push_back(entry.path());
     }

@@ -39,6 +39,33 @@ TEST(ImpulseSpace, DecaysNoFasterOrSlowerThanTheFullModel) {
   }
 }
 
+// V column by column, against its definition: orthonormal, diagonal in A, and with the outputs and
+// inputs that the space claims. Grids with fewer radial cells than snapshot times, and with more.
+TEST(ImpulseSpace, LiftsToTheFullModelsCoordinates) {
+  for (const std::size_t cells : {1000U, 12000U}) {
+    const auto full = model_of(Tissue{}, cells);
+    const ImpulseSpace space = impulse_space(*full, kAlphas);
+    const Index n = full->radial().size() * full->axial().size();
+    MatrixXd basis(n, space.size());
+    for (Index k = 0; k < space.size(); ++k) {
+      const MatrixXd lifted = space.lift(VectorXd::Unit(space.size(), k));
+      basis.col(k) = lifted.reshaped();
+      EXPECT_NEAR(full->peak_radial().dot(lifted * full->peak_axial()), space.peak[k],
+                  1e-8 * space.peak.cwiseAbs().maxCoeff());
+      const VectorXd source = lifted.transpose() * full->beam();
+      EXPECT_LT((source - space.axial_source.row(k).transpose()).norm(),
+                1e-8 * space.axial_source.norm());
+    }
+    // Snapshots enter with factors up to 1 / sqrt(1e-13), which multiply their rounding.
+    const MatrixXd gram = basis.transpose() * basis;
+    EXPECT_LT((gram - MatrixXd::Identity(space.size(), space.size())).norm(), 1e-7);
+    const MatrixXd rates = full->radial().rates.replicate(1, full->axial().size()).rowwise() +
+                           full->axial().rates.transpose();
+    const MatrixXd projected = basis.transpose() * rates.reshaped().asDiagonal() * basis;
+    EXPECT_LT((projected - MatrixXd(space.rates.asDiagonal())).norm(), 1e-7 * space.rates.norm());
+  }
+}
+
 // Outputs of the projection, stepped mode by mode, against the full-order model: also at alphas
 // between those it was made of, and at times and signals it has not seen.
 TEST(ImpulseSpace, FollowsTheFullModel) {

@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
@@ -69,15 +71,27 @@ class Snapshots {
     return all;
   }
 
-  // Linear combination of the snapshots as a radial x axial matrix.
-  MatrixXd combine(const VectorXd& coefficients) const {
-    MatrixXd axial_part = MatrixXd::Zero(kTimes, axial_.rows());
+  // Coefficients -> what multiplies the radial parts: times x axial modes.
+  MatrixXd axial_factor(const VectorXd& coefficients) const {
+    MatrixXd factor = MatrixXd::Zero(kTimes, axial_.rows());
     for (Index a = 0; a < sources_.cols(); ++a) {
       const VectorXd c = coefficients.segment(a * kTimes, kTimes).cwiseProduct(weights_.col(a));
-      axial_part += c * sources_.col(a).transpose();
+      factor += c * sources_.col(a).transpose();
     }
-    return radial_ * axial_part.cwiseProduct(axial_.transpose());
+    return factor.cwiseProduct(axial_.transpose());
   }
+
+  // The same for many combinations (columns) and one axial mode: times x combinations.
+  MatrixXd axial_factor(const MatrixXd& coefficients, Index mode) const {
+    MatrixXd factor = MatrixXd::Zero(kTimes, coefficients.cols());
+    for (Index a = 0; a < sources_.cols(); ++a) {
+      factor += (weights_.col(a) * sources_(mode, a)).asDiagonal() *
+                coefficients.middleRows(a * kTimes, kTimes);
+    }
+    return axial_.row(mode).transpose().asDiagonal() * factor;
+  }
+
+  const MatrixXd& radial() const { return radial_; }
 
  private:
   VectorXd times_;
@@ -100,38 +114,45 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
     ++size;
   if (size == 0) throw Error("the impulse responses span nothing: is the absorption zero?");
 
-  const Index radial = model.radial().size();
-  const Index axial = model.axial().size();
-  MatrixXd basis(radial * axial, size);
+  MatrixXd coefficients(total, size);
   for (Index k = 0; k < size; ++k) {
-    const VectorXd c = gram.eigenvectors().col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
-    Eigen::Map<MatrixXd>(basis.col(k).data(), radial, axial) = snapshots.combine(c);
+    coefficients.col(k) = gram.eigenvectors().col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
+  }
+  // All radial parts lie in the span of the columns of Q, radial = Q R: in its coordinates a column
+  // of the basis is a short matrix for each axial mode, and the basis is used up mode by mode.
+  const Eigen::HouseholderQR<MatrixXd> qr(snapshots.radial());
+  const Index rank = std::min(snapshots.radial().rows(), snapshots.radial().cols());
+  const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(snapshots.radial().rows(), rank);
+  const MatrixXd R = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  const MatrixXd radial_rates = Q.transpose() * model.radial().rates.asDiagonal() * Q;
+  const VectorXd beam = Q.transpose() * model.beam();
+  const VectorXd peak_radial = Q.transpose() * model.peak_radial();
+  MatrixXd own_gram = MatrixXd::Zero(size, size);
+  MatrixXd rate_matrix = MatrixXd::Zero(size, size);
+  MatrixXd source(size, model.axial().size());
+  VectorXd peak = VectorXd::Zero(size);
+  for (Index j = 0; j < model.axial().size(); ++j) {
+    const MatrixXd part = R * snapshots.axial_factor(coefficients, j);
+    const MatrixXd heat_flow = radial_rates * part + model.axial().rates[j] * part;
+    own_gram.noalias() += part.transpose() * part;
+    rate_matrix.noalias() += part.transpose() * heat_flow;
+    source.col(j) = part.transpose() * beam;
+    peak += model.peak_axial()[j] * (part.transpose() * peak_radial);
   }
   // The Gram matrix squares the condition number, so the basis is orthonormal only roughly: make it
-  // so with the Cholesky factor of its own Gram matrix (never applied to the long vectors).
-  MatrixXd rate_matrix(size, size);
-  MatrixXd scaled = basis;
-  for (Index j = 0; j < axial; ++j) {
-    scaled.middleRows(j * radial, radial).array().colwise() *=
-        (model.radial().rates.array() + model.axial().rates[j]);
-  }
-  rate_matrix.noalias() = basis.transpose() * scaled;
-  const Eigen::LLT<MatrixXd> factor(basis.transpose() * basis);
+  // so with the Cholesky factor of its own Gram matrix.
+  const Eigen::LLT<MatrixXd> factor(own_gram);
   if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
   const auto lower = factor.matrixL();
   const MatrixXd half = lower.solve(rate_matrix);
   const MatrixXd projected = lower.solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
-
-  MatrixXd source(size, axial);
-  VectorXd peak(size);
-  for (Index k = 0; k < size; ++k) {
-    const Eigen::Map<const MatrixXd> vector(basis.col(k).data(), radial, axial);
-    source.row(k) = model.beam().transpose() * vector;
-    peak[k] = model.peak_radial().dot(vector * model.peak_axial());
-  }
   const MatrixXd rotation = diagonal.eigenvectors().transpose();
-  return {diagonal.eigenvalues(), rotation * lower.solve(source), rotation * lower.solve(peak)};
+  const MatrixXd orthonormal = factor.matrixU().solve(diagonal.eigenvectors());
+  return {diagonal.eigenvalues(), rotation * lower.solve(source), rotation * lower.solve(peak),
+          [snapshots, combination = MatrixXd(coefficients * orthonormal)](const VectorXd& state) {
+            return MatrixXd(snapshots.radial() * snapshots.axial_factor(combination * state));
+          }};
 }
 
 }  // namespace photocoag

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <vector>
 
 #include "photocoag/fom/full_order_model.hpp"
 
@@ -18,13 +20,16 @@ struct ImpulseSpace {
   Eigen::MatrixXd axial_source;  ///< size x axial modes: V'(beam (x) .), so that
                                  ///< B(alpha) = input_gain * axial_source * source(alpha)
   Eigen::VectorXd peak;          ///< C_peak V
+  /// V x: a state of this space as coordinates of the full-order model, radial x axial modes. V
+  /// itself, n x size numbers, is never stored: its columns are sums of tensor products.
+  std::function<Eigen::MatrixXd(const Eigen::VectorXd& state)> lift;
 
   Eigen::Index size() const noexcept { return rates.size(); }
 };
 
 /// Snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced over [1e-6 s, 1
 /// s]. Directions with a Gram eigenvalue below 1e-13 of the largest are rounding and left out.
-/// Allocates.
+/// Memory and time grow with the number of axial modes, not with n. Allocates.
 ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<double>& absorption_factors);
 

@@ -60,8 +60,8 @@ MatrixXd diagonalise_general(const ImpulseSpace& space, MatrixXd& trial, MatrixX
 
 }  // namespace
 
-void project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
-             const ParametricSource& source, ReducedModel& model) {
+MatrixXd project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
+                 const ParametricSource& source, ReducedModel& model) {
   MatrixXd trial = bases.trial;
   MatrixXd test = bases.test;
   model.A = bases.galerkin ? diagonalise_symmetric(space, trial, test)
@@ -75,6 +75,7 @@ void project(const FullOrderModel& full, const ImpulseSpace& space, const Bases&
           ? MatrixXd(input.transpose())
           : MatrixXd((trial.transpose() * space.axial_source * source.sources).transpose());
   model.C_peak = trial.transpose() * space.peak;
+  return trial;
 }
 
 }  // namespace photocoag

@@ -9,8 +9,9 @@ namespace photocoag {
 
 /// Fills A, B, C_volume, C_peak and theta of `model`. Galerkin: A is diagonal, C_peak not negative.
 /// Petrov-Galerkin: the same where A's eigenvalues are real and its eigenvectors well conditioned,
-/// else A as projected. Throws Error if A is not stable. Allocates.
-void project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
-             const ParametricSource& source, ReducedModel& model);
+/// else A as projected. Returns the trial basis in the model's coordinates: impulse-space state =
+/// trial * reduced state. Throws Error if A is not stable. Allocates.
+Eigen::MatrixXd project(const FullOrderModel& full, const ImpulseSpace& space, const Bases& bases,
+                        const ParametricSource& source, ReducedModel& model);
 
 }  // namespace photocoag

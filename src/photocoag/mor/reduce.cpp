@@ -1,5 +1,7 @@
 #include "photocoag/mor/reduce.hpp"
 
+#include <utility>
+
 #include "photocoag/core/error.hpp"
 #include "photocoag/mor/bases.hpp"
 #include "photocoag/mor/certificate.hpp"
@@ -15,12 +17,12 @@ ImpulseSpace reduction_space(const FullOrderModel& full) {
 
 ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space,
                            const ReductionSettings& settings, double period,
-                           Discretization discretization) {
+                           Discretization discretization, Eigen::MatrixXd* trial) {
   settings.validate();
   const ParametricSource source = parametric_source(full, settings.dependence(), settings.terms());
   ReducedModel model;
-  project(full, space, make_bases(full, space, settings.method, settings.order, source), source,
-          model);
+  Eigen::MatrixXd basis = project(
+      full, space, make_bases(full, space, settings.method, settings.order, source), source, model);
   if (settings.refined()) {
     // The sum of squares has several minima: search from other projections too.
     double least = refine(full, space, source, period, discretization, model);
@@ -33,7 +35,9 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
       least = sum;
       model = candidate;
     }
+    basis = fitted_trial(full, space, period, discretization, model);
   }
+  if (trial != nullptr) *trial = std::move(basis);
   model.tissue = full.tissue();
   model.volume_normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   model.whole = AbsorptionLaw(model.tissue).whole();

@@ -61,10 +61,11 @@ ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const Ful
 ImpulseSpace reduction_space(const FullOrderModel& full);
 
 /// The reduced model alone: neither verified nor measured nor certified. Throws Error if it is not
-/// stable or the space has fewer directions than the order.
+/// stable or the space has fewer directions than the order. `trial`, if not null, gets the basis in
+/// the model's coordinates (mor/reconstruct.hpp).
 ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space,
                            const ReductionSettings& settings, double period,
-                           Discretization discretization);
+                           Discretization discretization, Eigen::MatrixXd* trial = nullptr);
 
 /// The reduced model of `full` for one control period, verified (rom/reduced_model.hpp), its error
 /// measured and certified (mor/certificate.hpp). Deterministic: the same arguments give the same

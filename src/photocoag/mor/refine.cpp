@@ -238,4 +238,28 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
   return cost;
 }
 
+MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, double period,
+                      Discretization how, const ReducedModel& model) {
+  const std::vector<double> periods = sampled_periods(period);
+  const Index n = model.order();
+  MatrixXd square = MatrixXd::Zero(n, n);              // sum z z'
+  MatrixXd product = MatrixXd::Zero(space.size(), n);  // sum x z'
+  VectorXd x(space.size());
+  VectorXd z(n);
+  for (const TrainingAlpha& alpha : kTraining) {
+    const VectorXd input = full.input_gain() * space.axial_source * full.axial_source(alpha.value);
+    const VectorXd reduced = MatrixXd(model.B) * theta_derivative(model.theta, 0, alpha.value);
+    for (const double k : periods) {
+      for (Index j = 0; j < x.size(); ++j)
+        x[j] = input[j] * pulse(space.rates[j], period, how, k).value;
+      for (Index i = 0; i < n; ++i) z[i] = reduced[i] * pulse(-model.A(i, i), period, how, k).value;
+      // Samples stand for periods in proportion to k, and late states are small.
+      const double weight = k * k * time_weight(k * period);
+      square += weight * z * z.transpose();
+      product += weight * x * z.transpose();
+    }
+  }
+  return square.ldlt().solve(product.transpose()).transpose();
+}
+
 }  // namespace photocoag

@@ -23,4 +23,10 @@ namespace photocoag {
 double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
               double period, Discretization how, ReducedModel& model);
 
+/// V, impulse-space size x order, with impulse-space state ~ V * reduced state, for a model that is
+/// no projection: least squares over the same responses, the state's error in the energy norm.
+/// Allocates.
+Eigen::MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, double period,
+                             Discretization how, const ReducedModel& model);
+
 }  // namespace photocoag

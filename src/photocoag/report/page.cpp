@@ -101,6 +101,18 @@ std::string figures_section(const std::vector<FigureColumn>& columns) {
   return html + "</div></section>\n";
 }
 
+std::string field_section(const FieldPicture& field) {
+  if (field.wide.empty()) return {};
+  return fmt::format(
+      "<section><h2>Temperature field at the highest peak</h2>\n<div class=\"columns count-2\">\n"
+      "<div class=\"column\"><figure><div class=\"wide\">{}</div><div class=\"narrow\">{}</div>"
+      "</figure></div>\n<div class=\"column\"><p class=\"hint\">A cut through the simulated eye; "
+      "light comes from above. Lines of equal temperature rise at the end of the cycle with the "
+      "highest true peak. All cells are in <code>field.vtr</code> of the run folder, for ParaView; "
+      "<code>./photocoag field --run</code> gives other instants.</p></div></div></section>\n",
+      field.wide, field.narrow);
+}
+
 std::string reproduce_section(const RunSummary& summary, const RunConfig& config,
                               const std::string& folder) {
   const std::string command =
@@ -120,7 +132,8 @@ std::string reproduce_section(const RunSummary& summary, const RunConfig& config
 }  // namespace
 
 std::string report_page(const RunLog& log, const RunSummary& summary, const RunConfig& config,
-                        const std::vector<FigureColumn>& figures, const std::string& folder) {
+                        const std::vector<FigureColumn>& figures, const FieldPicture& field,
+                        const std::string& folder) {
   const Verdict verdict = judge(log, summary, config);
   std::string html = head(verdict);
   fmt::format_to(
@@ -139,6 +152,7 @@ std::string report_page(const RunLog& log, const RunSummary& summary, const RunC
                    escape_html(sentence));
   html += tiles(log, summary, config);
   html += figures_section(figures);
+  html += field_section(field);
   html += page_detail::summary_section(log, summary, config);
   html += page_detail::timing_section(summary);
   html += reproduce_section(summary, config, folder);

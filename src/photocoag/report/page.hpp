@@ -16,9 +16,15 @@ struct FigureColumn {
   std::vector<std::string> wide, narrow;  ///< inline SVG
 };
 
+/// The temperature field, drawn for wide and for narrow pages; empty if the run has none.
+struct FieldPicture {
+  std::string wide, narrow;  ///< inline SVG
+};
+
 /// The whole page. `folder`: the run folder as the user named it.
 std::string report_page(const RunLog& log, const RunSummary& summary, const RunConfig& config,
-                        const std::vector<FigureColumn>& figures, const std::string& folder);
+                        const std::vector<FigureColumn>& figures, const FieldPicture& field,
+                        const std::string& folder);
 
 /// The page's style, without the drawings' (plot_css).
 std::string_view page_css() noexcept;

@@ -6,6 +6,8 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/vtk.hpp"
+#include "photocoag/report/field_figure.hpp"
 #include "photocoag/report/page.hpp"
 #include "photocoag/report/run_figures.hpp"
 #include "photocoag/report/run_log.hpp"
@@ -74,7 +76,13 @@ void write_report(const std::filesystem::path& run_folder, const PlotOptions& op
   std::string folder = run_folder.lexically_normal().string();
   while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
   const auto columns = draw_columns(log, summary, config, options);
-  write_file(name("report.html"), report_page(log, summary, config, columns, folder));
+  FieldPicture field;
+  if (std::filesystem::exists(run_folder / "field.vtr")) {
+    const TemperatureField cells =
+        from_vtr(read_file(name("field.vtr"), kMostBytes), name("field.vtr"));
+    field = {field_svg(cells, {.width = kWide.width}), field_svg(cells, {.width = kNarrow.width})};
+  }
+  write_file(name("report.html"), report_page(log, summary, config, columns, field, folder));
 }
 
 }  // namespace photocoag

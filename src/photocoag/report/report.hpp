@@ -11,7 +11,8 @@
 
 namespace photocoag {
 
-/// Reads config.toml, run.csv and summary.json of `run_folder` and writes report.html there.
+/// Reads config.toml, run.csv, summary.json and, if there, field.vtr of `run_folder` and writes
+/// report.html there.
 ///
 /// The page is one file: no asset outside, no script; for phone, desk and paper, light and dark.
 /// The same folder gives the same bytes. An existing report.html is replaced at the end, never left
