@@ -118,7 +118,7 @@ int export_command(const ExportOptions& options) {
   std::vector<Eigen::VectorXd> inputs;
   std::vector<Eigen::VectorXd> outputs = {peak_of_cells(*full)};
   for (const double alpha : options.absorption_factors) {
-    inputs.push_back(system.E.cwiseProduct(input_of_cells(*full, alpha)));
+    inputs.emplace_back(system.E.cwiseProduct(input_of_cells(*full, alpha)));
     outputs.push_back(volume_of_cells(*full, alpha));
   }
   ValidationSettings validation;

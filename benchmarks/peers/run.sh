@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures pyMOR and retina-therm beside photocoag: installs both into a virtual environment of their own (Python 3.10 to
+# Measures pyMOR and retina-therm beside photocoag: installs both into a virtual environment of their own (Python 3.11 or
 # 3.12 with venv; Debian 12: apt install python3-venv), exports the matrices, runs the comparisons.
 #   benchmarks/peers/run.sh [pymor|retina-therm]      without a name: both
 set -euo pipefail

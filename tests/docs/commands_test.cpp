@@ -75,7 +75,8 @@ std::string configuration_of(const std::string& command) {
       R"re(--config +configs/\S+|--set +('[^']*'|"[^"]*"|(?:[^\s"']|"[^"]*")+))re");
   for (std::sregex_iterator match(command.begin(), command.end(), option), end; match != end;
        ++match) {
-    options += " " + match->str();
+    options += ' ';
+    options += match->str();
   }
   return options;
 }

@@ -91,8 +91,9 @@ void isotherm(std::string& svg, const TemperatureField& field, const Frame& fram
     fmt::format_to(Out(path), "{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', frame.x(radius), y);
   };
   for (const auto& [radius, y] : side) point(radius, y);
-  for (auto it = side.rbegin(); it != side.rend(); ++it) {
-    if (it->first > 0.0) point(-it->first, it->second);
+  std::reverse(side.begin(), side.end());
+  for (const auto& [radius, y] : side) {
+    if (radius > 0.0) point(-radius, y);
   }
   if (path.empty()) return;
   fmt::format_to(Out(svg), "<path class=\"pc-area-series-2\" d=\"{}Z\"/>\n", path);
