@@ -127,6 +127,10 @@ TEST(Accuracy, OtherTissuesOutputsAndDiscretizationsWork) {
                         Case{"implicit Euler", Tissue{}, euler, 1e-3},
                         Case{"implicit Euler", Tissue{}, euler, 4e-3},
                         Case{"vitreous", testing::with_vitreous(), hold, 1e-3},
+                        Case{"TR-BDF2", Tissue{}, Discretization::kTrBdf2, 1e-3},
+                        Case{"Gaussian", testing::gaussian(Tissue{}), hold, 1e-3},
+                        Case{"layered", testing::layered(), hold, 4e-3},
+                        Case{"layered, implicit Euler", testing::layered(), euler, 4e-3},
                         Case{"10 kHz", Tissue{}, hold, 0.1e-3}}) {
     SCOPED_TRACE(c.name);
     const auto full = model_of(c.tissue, 20000);
@@ -135,6 +139,22 @@ TEST(Accuracy, OtherTissuesOutputsAndDiscretizationsWork) {
     EXPECT_EQ(model.period, c.period);
     EXPECT_LT(model.error.peak_max(), 0.02);
     EXPECT_LT(model.error.volume_max(), 0.02);
+  }
+}
+
+// The general path, where nothing separates, on a tissue that is uniform but for a rounding.
+TEST(Accuracy, GeneralPathGivesTheSeparablePathsModel) {
+  for (const Discretization how : {Discretization::kZeroOrderHold, Discretization::kTrBdf2}) {
+    const auto uniform = model_of(Tissue{}, 3000);
+    const auto general = model_of(testing::barely_layered(Tissue{}), 3000);
+    const ReducedModel a = reduce(uniform, {}, 4e-3, how);
+    const ReducedModel b = reduce(general, {}, 4e-3, how);
+    // The two spaces of impulse responses differ by some 1e-5.
+    EXPECT_NEAR(b.error.peak_max() / a.error.peak_max(), 1.0, 0.02);
+    EXPECT_NEAR(b.error.volume_max() / a.error.volume_max(), 1.0, 0.02);
+    // And measured across, each against the other's full-order model.
+    EXPECT_NEAR(measure_error(a, general).peak_max() / a.error.peak_max(), 1.0, 1e-3);
+    EXPECT_NEAR(measure_error(a, general).volume_max() / a.error.volume_max(), 1.0, 1e-3);
   }
 }
 

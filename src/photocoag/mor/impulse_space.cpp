@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/mor/resolvent_basis.hpp"
 
 namespace photocoag {
 namespace {
@@ -87,10 +88,9 @@ class Snapshots {
   MatrixXd weights_;  // times x alphas
 };
 
-}  // namespace
-
-ImpulseSpace impulse_space(const FullOrderModel& model,
-                           const std::vector<double>& absorption_factors) {
+// Orthonormal only roughly, because the Gram matrix squares the condition number.
+MatrixXd separable_basis(const FullOrderModel& model,
+                         const std::vector<double>& absorption_factors) {
   const Snapshots snapshots(model, absorption_factors);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(snapshots.gram());
   const VectorXd& values = gram.eigenvalues();
@@ -98,8 +98,6 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
   Index size = 0;
   while (size < total && values[total - 1 - size] > kNegligibleEigenvalue * values[total - 1])
     ++size;
-  if (size == 0) throw Error("the impulse responses span nothing: is the absorption zero?");
-
   const Index radial = model.radial().size();
   const Index axial = model.axial().size();
   MatrixXd basis(radial * axial, size);
@@ -107,15 +105,41 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
     const VectorXd c = gram.eigenvectors().col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
     Eigen::Map<MatrixXd>(basis.col(k).data(), radial, axial) = snapshots.combine(c);
   }
-  // The Gram matrix squares the condition number, so the basis is orthonormal only roughly: make it
-  // so with the Cholesky factor of its own Gram matrix (never applied to the long vectors).
-  MatrixXd rate_matrix(size, size);
-  MatrixXd scaled = basis;
+  return basis;
+}
+
+// -A basis, one row of cells or axial modes after the other.
+MatrixXd apply_operator(const FullOrderModel& model, const MatrixXd& basis) {
+  const Index radial = model.radial().size();
+  const Index axial = model.axial().size();
+  const VectorXd& rates = model.radial().rates;
+  MatrixXd result(basis.rows(), basis.cols());
   for (Index j = 0; j < axial; ++j) {
-    scaled.middleRows(j * radial, radial).array().colwise() *=
-        (model.radial().rates.array() + model.axial().rates[j]);
+    auto out = result.middleRows(j * radial, radial).array();
+    const auto row = [&](Index k) { return basis.middleRows(k * radial, radial).array(); };
+    if (model.separable()) {
+      out = row(j).colwise() * (rates.array() + model.axial().rates[j]);
+      continue;
+    }
+    const DepthOperator& depth = model.depth_operator();
+    out = row(j).colwise() * (rates.array() * depth.diffusivity[j] + depth.diagonal[j]);
+    if (j > 0) out += depth.off_diagonal[j - 1] * row(j - 1);
+    if (j + 1 < axial) out += depth.off_diagonal[j] * row(j + 1);
   }
-  rate_matrix.noalias() = basis.transpose() * scaled;
+  return result;
+}
+
+}  // namespace
+
+ImpulseSpace impulse_space(const FullOrderModel& model,
+                           const std::vector<double>& absorption_factors) {
+  const MatrixXd basis = model.separable() ? separable_basis(model, absorption_factors)
+                                           : resolvent_basis(model, absorption_factors);
+  const Index size = basis.cols();
+  if (size == 0) throw Error("the impulse responses span nothing: is the absorption zero?");
+  // Orthonormal to rounding by the Cholesky factor of the basis' own Gram matrix (never applied to
+  // the long vectors).
+  const MatrixXd rate_matrix = basis.transpose() * apply_operator(model, basis);
   const Eigen::LLT<MatrixXd> factor(basis.transpose() * basis);
   if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
   const auto lower = factor.matrixL();
@@ -123,6 +147,8 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
   const MatrixXd projected = lower.solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
 
+  const Index radial = model.radial().size();
+  const Index axial = model.axial().size();
   MatrixXd source(size, axial);
   VectorXd peak(size);
   for (Index k = 0; k < size; ++k) {

@@ -22,9 +22,9 @@ struct ImpulseSpace {
   Eigen::Index size() const noexcept { return rates.size(); }
 };
 
-/// Snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced over [1e-6 s, 1
-/// s]. Directions with a Gram eigenvalue below 1e-13 of the largest are rounding and left out.
-/// Allocates.
+/// Separable models: snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced
+/// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are rounding
+/// and left out. Others: mor/resolvent_basis.hpp. Allocates.
 ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<double>& absorption_factors);
 
