@@ -81,6 +81,7 @@ TEST(Shipped, OtherTissues) {
   Config in_vivo = vitreous;
   in_vivo.control.peak_reference = 10.0;
   in_vivo.control.peak_max = 12.0;
+  in_vivo.control.power_max = 0.05;
   in_vivo.tissue.ambient_celsius = 37.0;
   in_vivo.tissue.layers[4].absorption = 26622.0;
   in_vivo.tissue.layers[4].perfusion = 2e5;

@@ -44,22 +44,25 @@ Json tissue_to_json(const Tissue& tissue) {
     if (layer.perfusion != 0.0) json["perfusion_W_per_m3K"] = layer.perfusion;
     layers.push_back(std::move(json));
   }
-  return {{"ambient_C", tissue.ambient_celsius},
-          {"domain_radius_m", tissue.domain_radius},
-          {"spot_radius_m", tissue.spot_radius},
-          {"beam", to_string(tissue.beam)},
-          {"beam_radii_m", tissue.beam_radii},
-          {"beam_intensities", tissue.beam_intensities},
-          {"transmission", tissue.transmission},
-          {"density_kg_per_m3", tissue.density},
-          {"heat_capacity_J_per_kgK", tissue.heat_capacity},
-          {"conductivity_W_per_mK", tissue.conductivity},
-          {"volume_temperature", to_string(tissue.volume_temperature)},
-          {"peak_layer", tissue.peak_layer},
-          {"layers", layers}};
+  Json json = {{"ambient_C", tissue.ambient_celsius},
+               {"domain_radius_m", tissue.domain_radius},
+               {"spot_radius_m", tissue.spot_radius},
+               {"transmission", tissue.transmission},
+               {"density_kg_per_m3", tissue.density},
+               {"heat_capacity_J_per_kgK", tissue.heat_capacity},
+               {"conductivity_W_per_mK", tissue.conductivity},
+               {"volume_temperature", to_string(tissue.volume_temperature)},
+               {"peak_layer", tissue.peak_layer},
+               {"layers", layers}};
+  if (tissue.beam != BeamProfile::kFlatTop) json["beam"] = to_string(tissue.beam);
+  if (tissue.beam == BeamProfile::kTable) {
+    json["beam_radii_m"] = tissue.beam_radii;
+    json["beam_intensities"] = tissue.beam_intensities;
+  }
+  return json;
 }
 
-// Files from before other beams than the flat top have none of these keys.
+// The flat top is not written.
 void read_beam(const JsonReader& json, Tissue& tissue) {
   if (!json.has("beam")) return;
   const std::string beam = json["beam"].text();
@@ -67,6 +70,7 @@ void read_beam(const JsonReader& json, Tissue& tissue) {
     if (beam == to_string(profile)) tissue.beam = profile;
   }
   json["beam"].expect(beam == to_string(tissue.beam), "\"flat-top\", \"gaussian\" or \"table\"");
+  if (tissue.beam != BeamProfile::kTable) return;
   tissue.beam_radii = json["beam_radii_m"].numbers(kMaxBeamEntries);
   tissue.beam_intensities = json["beam_intensities"].numbers(kMaxBeamEntries);
 }
