@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/fom/block_tridiagonal.hpp"
 
 namespace photocoag {
 
@@ -29,65 +30,6 @@ void nonzero_range(const VectorXd& values, Index& first, Index& last) {
   last = values.size();
   while (first < last && values[first] == 0.0) ++first;
   while (last > first && values[last - 1] == 0.0) --last;
-}
-
-// Solves one block of systems (D - coupling off the diagonal) y = right-hand side, whose LDL'
-// factor is given by its inverse pivots: down and up in depth. rhs(j, lane).
-template <Index Lanes, typename RightHandSide>
-inline void solve_block(Index cells, const double* __restrict inverse,
-                        const double* __restrict coupling, double* __restrict y,
-                        RightHandSide&& rhs) noexcept {
-  double carry[Lanes] = {};
-  for (Index j = 0; j < cells; ++j) {
-    const double c = j == 0 ? 0.0 : coupling[j - 1];
-    for (Index l = 0; l < Lanes; ++l) {
-      carry[l] = inverse[j * Lanes + l] * (rhs(j, l) - c * carry[l]);
-      y[j * Lanes + l] = carry[l];
-    }
-  }
-  for (Index j = cells - 2; j >= 0; --j) {
-    for (Index l = 0; l < Lanes; ++l) {
-      carry[l] = y[j * Lanes + l] - coupling[j] * inverse[j * Lanes + l] * carry[l];
-      y[j * Lanes + l] = carry[l];
-    }
-  }
-}
-
-// The same with complex pivots; rhs has the constant imaginary part per cell and lane of
-// imaginary(j, l).
-template <Index Lanes, typename Real, typename Imaginary>
-inline void solve_block_complex(Index cells, const double* __restrict inverse_re,
-                                const double* __restrict inverse_im,
-                                const double* __restrict coupling, double* __restrict y_re,
-                                double* __restrict y_im, Real&& real,
-                                Imaginary&& imaginary) noexcept {
-  double re[Lanes] = {};
-  double im[Lanes] = {};
-  for (Index j = 0; j < cells; ++j) {
-    const double c = j == 0 ? 0.0 : coupling[j - 1];
-    for (Index l = 0; l < Lanes; ++l) {
-      const double a = real(j, l) - c * re[l];
-      const double b = imaginary(j, l) - c * im[l];
-      const double p = inverse_re[j * Lanes + l];
-      const double q = inverse_im[j * Lanes + l];
-      re[l] = p * a - q * b;
-      im[l] = p * b + q * a;
-      y_re[j * Lanes + l] = re[l];
-      y_im[j * Lanes + l] = im[l];
-    }
-  }
-  for (Index j = cells - 2; j >= 0; --j) {
-    for (Index l = 0; l < Lanes; ++l) {
-      const double a = coupling[j] * re[l];
-      const double b = coupling[j] * im[l];
-      const double p = inverse_re[j * Lanes + l];
-      const double q = inverse_im[j * Lanes + l];
-      re[l] = y_re[j * Lanes + l] - (p * a - q * b);
-      im[l] = y_im[j * Lanes + l] - (p * b + q * a);
-      y_re[j * Lanes + l] = re[l];
-      y_im[j * Lanes + l] = im[l];
-    }
-  }
 }
 
 }  // namespace
@@ -230,13 +172,15 @@ void LayeredStepper::plan_sleep() {
   for (Index b = 0; b < active_blocks_; ++b) {
     const double exponent =
         period_ * rates_[b * kLanes] * model_->depth_operator().diffusivity.minCoeff();
-    double decay = std::exp(-exponent);
-    if (discretization_ == Discretization::kImplicitEuler) decay = 1.0 / (1.0 + exponent);
+    double log_decay = -exponent;
+    if (discretization_ == Discretization::kImplicitEuler) log_decay = -std::log1p(exponent);
     if (discretization_ == Discretization::kTrBdf2) {
       // The factor falls through 0 to its least value before it returns to 0.
-      decay = std::max(TrBdf2::decay(exponent), -TrBdf2::kLeastDecay);
+      log_decay = std::log(std::max(TrBdf2::decay(exponent), -TrBdf2::kLeastDecay));
     }
-    awake_for_[static_cast<std::size_t>(b)] = std::log(negligible_decay_) / std::log(decay);
+    if (log_decay < 0.0) {
+      awake_for_[static_cast<std::size_t>(b)] = std::log(negligible_decay_) / log_decay;
+    }
   }
 }
 
