@@ -35,6 +35,10 @@ struct ReduceOptions : CommonOptions {
   std::string order;
 };
 
+struct DiscretizationsOptions : CommonOptions {
+  std::string out;  ///< folder for CSV and figure; may be empty
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -47,6 +51,7 @@ int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
+int discretizations(const DiscretizationsOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag
