@@ -88,9 +88,25 @@ class Snapshots {
   MatrixXd weights_;  // times x alphas
 };
 
-// Orthonormal only roughly, because the Gram matrix squares the condition number.
-MatrixXd separable_basis(const FullOrderModel& model,
-                         const std::vector<double>& absorption_factors) {
+}  // namespace
+
+ImpulseSpace diagonalised(const BasisProducts& basis) {
+  // Orthonormal by the Cholesky factor of the basis' own Gram matrix (never applied to the long
+  // vectors).
+  const Eigen::LLT<MatrixXd> factor(basis.gram);
+  if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
+  const auto lower = factor.matrixL();
+  const MatrixXd half = lower.solve(basis.rates);
+  const MatrixXd projected = lower.solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
+  const MatrixXd rotation = diagonal.eigenvectors().transpose();
+  return {diagonal.eigenvalues(), rotation * lower.solve(basis.source),
+          rotation * lower.solve(basis.peak)};
+}
+
+ImpulseSpace impulse_space(const FullOrderModel& model,
+                           const std::vector<double>& absorption_factors) {
+  if (!model.separable()) return diagonalised(resolvent_products(model, absorption_factors));
   const Snapshots snapshots(model, absorption_factors);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(snapshots.gram());
   const VectorXd& values = gram.eigenvalues();
@@ -98,6 +114,8 @@ MatrixXd separable_basis(const FullOrderModel& model,
   Index size = 0;
   while (size < total && values[total - 1 - size] > kNegligibleEigenvalue * values[total - 1])
     ++size;
+  if (size == 0) throw Error("the impulse responses span nothing: is the absorption zero?");
+
   const Index radial = model.radial().size();
   const Index axial = model.axial().size();
   MatrixXd basis(radial * axial, size);
@@ -105,50 +123,12 @@ MatrixXd separable_basis(const FullOrderModel& model,
     const VectorXd c = gram.eigenvectors().col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
     Eigen::Map<MatrixXd>(basis.col(k).data(), radial, axial) = snapshots.combine(c);
   }
-  return basis;
-}
-
-// -A basis, one row of cells or axial modes after the other.
-MatrixXd apply_operator(const FullOrderModel& model, const MatrixXd& basis) {
-  const Index radial = model.radial().size();
-  const Index axial = model.axial().size();
-  const VectorXd& rates = model.radial().rates;
-  MatrixXd result(basis.rows(), basis.cols());
+  // The Gram matrix squares the condition number, so the basis is orthonormal only roughly.
+  MatrixXd scaled = basis;
   for (Index j = 0; j < axial; ++j) {
-    auto out = result.middleRows(j * radial, radial).array();
-    const auto row = [&](Index k) { return basis.middleRows(k * radial, radial).array(); };
-    if (model.separable()) {
-      out = row(j).colwise() * (rates.array() + model.axial().rates[j]);
-      continue;
-    }
-    const DepthOperator& depth = model.depth_operator();
-    out = row(j).colwise() * (rates.array() * depth.diffusivity[j] + depth.diagonal[j]);
-    if (j > 0) out += depth.off_diagonal[j - 1] * row(j - 1);
-    if (j + 1 < axial) out += depth.off_diagonal[j] * row(j + 1);
+    scaled.middleRows(j * radial, radial).array().colwise() *=
+        (model.radial().rates.array() + model.axial().rates[j]);
   }
-  return result;
-}
-
-}  // namespace
-
-ImpulseSpace impulse_space(const FullOrderModel& model,
-                           const std::vector<double>& absorption_factors) {
-  const MatrixXd basis = model.separable() ? separable_basis(model, absorption_factors)
-                                           : resolvent_basis(model, absorption_factors);
-  const Index size = basis.cols();
-  if (size == 0) throw Error("the impulse responses span nothing: is the absorption zero?");
-  // Orthonormal to rounding by the Cholesky factor of the basis' own Gram matrix (never applied to
-  // the long vectors).
-  const MatrixXd rate_matrix = basis.transpose() * apply_operator(model, basis);
-  const Eigen::LLT<MatrixXd> factor(basis.transpose() * basis);
-  if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
-  const auto lower = factor.matrixL();
-  const MatrixXd half = lower.solve(rate_matrix);
-  const MatrixXd projected = lower.solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
-
-  const Index radial = model.radial().size();
-  const Index axial = model.axial().size();
   MatrixXd source(size, axial);
   VectorXd peak(size);
   for (Index k = 0; k < size; ++k) {
@@ -156,8 +136,7 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
     source.row(k) = model.beam().transpose() * vector;
     peak[k] = model.peak_radial().dot(vector * model.peak_axial());
   }
-  const MatrixXd rotation = diagonal.eigenvectors().transpose();
-  return {diagonal.eigenvalues(), rotation * lower.solve(source), rotation * lower.solve(peak)};
+  return diagonalised({basis.transpose() * basis, basis.transpose() * scaled, source, peak});
 }
 
 }  // namespace photocoag

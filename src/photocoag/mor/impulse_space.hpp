@@ -22,6 +22,17 @@ struct ImpulseSpace {
   Eigen::Index size() const noexcept { return rates.size(); }
 };
 
+/// What a Galerkin projection needs of a basis V of full-order states.
+struct BasisProducts {
+  Eigen::MatrixXd gram;    ///< V' V: near the identity
+  Eigen::MatrixXd rates;   ///< V' (-A) V, 1/s
+  Eigen::MatrixXd source;  ///< V' (beam (x) .), size x axial modes
+  Eigen::VectorXd peak;    ///< C_peak V
+};
+
+/// The space that V spans. Throws Error if the columns of V are dependent. Allocates.
+ImpulseSpace diagonalised(const BasisProducts& basis);
+
 /// Separable models: snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced
 /// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are rounding
 /// and left out. Others: mor/resolvent_basis.hpp. Allocates.

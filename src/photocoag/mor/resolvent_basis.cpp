@@ -63,6 +63,23 @@ MatrixXd orthonormal(const MatrixXd& columns) {
   return columns * (gram.eigenvectors().rightCols(size) * scale.asDiagonal());
 }
 
+// -A basis, one depth cell after the other.
+MatrixXd minus_operator(const FullOrderModel& model, const MatrixXd& basis) {
+  const Index radial = model.radial().size();
+  const Index cells = model.axial().size();
+  const DepthOperator& depth = model.depth_operator();
+  MatrixXd result(basis.rows(), basis.cols());
+  for (Index j = 0; j < cells; ++j) {
+    auto out = result.middleRows(j * radial, radial).array();
+    const auto row = [&](Index k) { return basis.middleRows(k * radial, radial).array(); };
+    out = row(j).colwise() *
+          (model.radial().rates.array() * depth.diffusivity[j] + depth.diagonal[j]);
+    if (j > 0) out += depth.off_diagonal[j - 1] * row(j - 1);
+    if (j + 1 < cells) out += depth.off_diagonal[j] * row(j + 1);
+  }
+  return result;
+}
+
 }  // namespace
 
 MatrixXd source_basis(const FullOrderModel& model, const std::vector<double>& absorption_factors) {
@@ -109,6 +126,22 @@ MatrixXd resolvent_basis(const FullOrderModel& model,
     basis.rightCols(block.cols()) = block;
   }
   return basis;
+}
+
+BasisProducts resolvent_products(const FullOrderModel& model,
+                                 const std::vector<double>& absorption_factors) {
+  const MatrixXd basis = resolvent_basis(model, absorption_factors);
+  const Index radial = model.radial().size();
+  const Index axial = model.axial().size();
+  MatrixXd source(basis.cols(), axial);
+  VectorXd peak(basis.cols());
+  for (Index k = 0; k < basis.cols(); ++k) {
+    const Eigen::Map<const MatrixXd> vector(basis.col(k).data(), radial, axial);
+    source.row(k) = model.beam().transpose() * vector;
+    peak[k] = model.peak_radial().dot(vector * model.peak_axial());
+  }
+  return {basis.transpose() * basis, basis.transpose() * minus_operator(model, basis), source,
+          peak};
 }
 
 }  // namespace photocoag

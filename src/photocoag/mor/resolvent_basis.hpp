@@ -9,8 +9,13 @@
 #include <vector>
 
 #include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/mor/impulse_space.hpp"
 
 namespace photocoag {
+
+/// The projection on resolvent_basis(), to be diagonalised (mor/impulse_space.hpp).
+BasisProducts resolvent_products(const FullOrderModel& model,
+                                 const std::vector<double>& absorption_factors);
 
 /// Columns span (s - A)^-1 B(alpha) for 28 shifts s log-spaced over [1, 1e7] 1/s and all alpha of
 /// `absorption_factors`, orthonormal to about 1e-8; directions that add less than 1e-7 to a
