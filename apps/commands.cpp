@@ -16,6 +16,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/mor/certificate.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
@@ -57,14 +58,18 @@ void write_output(const std::string& path, const std::string& text) {
 void print_error_report(const ReducedModel& model) {
   fmt::print(
       stderr,
-      "model     {}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
+      "model     {}{}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
       "volume temperature (absorption factor {:g} to {:g})\n",
-      model.method, model.order(), model.period * 1e3, 100.0 * model.error.peak_max(),
-      100.0 * model.error.volume_max(), model.absorption_min, model.absorption_max);
+      model.method, model.refinement == "none" ? "" : ", refined", model.order(),
+      model.period * 1e3, 100.0 * model.error.peak_max(), 100.0 * model.error.volume_max(),
+      model.absorption_min, model.absorption_max);
 }
 
-void print_certificate(const ReducedModel& model) {
-  if (!model.certificate) return;
+void print_certificate(const ReducedModel& model, const FullOrderModel& full) {
+  if (!model.certificate) {
+    fmt::print(stderr, "no bound  {}\n", why_uncertified(full, model.discretization));
+    return;
+  }
   const ErrorCertificate& certificate = *model.certificate;
   fmt::print(
       stderr,
@@ -208,7 +213,7 @@ int reduce_command(const ReduceOptions& options) {
   fmt::print(stderr, "full      {} states ({} radial x {} axial cells)\n", full->states(),
              full->grid().radial.cells(), full->grid().axial.cells());
   print_error_report(model);
-  print_certificate(model);
+  print_certificate(model, *full);
   fmt::print(
       stderr,
       "alpha     peak error %  volume error %   (constant and random on/off power, {:g} ms)\n",

@@ -49,6 +49,10 @@ struct FieldOptions : CommonOptions {
   std::string out;              ///< folder, new or empty
 };
 
+struct DiscretizationsOptions : CommonOptions {
+  std::string out;  ///< folder for CSV and figure; may be empty
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -63,6 +67,7 @@ int export_command(const ExportOptions& options);
 int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
+int discretizations(const DiscretizationsOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

@@ -212,6 +212,20 @@ int run_command(int argc, char** argv) {
              "  photocoag boundaries --set tissue.domain_radius_um=1000"));
   boundaries_app->callback([&] { exit_code = boundaries(boundaries_options); });
 
+  DiscretizationsOptions schemes_options;
+  CLI::App* schemes_app = app.add_subcommand(
+      "discretizations",
+      "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms");
+  add_common(*schemes_app, schemes_options);
+  schemes_app
+      ->add_option("--out", schemes_options.out, "folder for CSV and figure; may be left out")
+      ->type_name("DIR");
+  schemes_app->footer(
+      footer("  photocoag discretizations --set plant.absorption_factor=0.7363\n"
+             "  photocoag discretizations --out runs/discretizations\n"
+             "The eye is that of [plant]: its absorption_factor and tissue."));
+  schemes_app->callback([&] { exit_code = discretizations(schemes_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

@@ -1,6 +1,6 @@
 // Role: tool; the four panels of a run folder as one SVG file with its own colours (light and
 // dark). Made with it: docs/figures/treatment.svg (the commands are in CONTRIBUTING.md, "The
-// README's figure"). Uses the same drawing as report.html. Units: as there.
+// documents' figures"). Uses the same drawing as report.html. Units: as there.
 #include <fmt/format.h>
 
 #include <cstddef>

@@ -33,6 +33,19 @@ TEST(ReduceCommand, EveryMethodWritesAModelWithItsCertificate) {
   }
 }
 
+TEST(ReduceCommand, LayeredTissueHasNoCertificateAndSaysWhy) {
+  const Sandbox sandbox;
+  const auto result =
+      sandbox.run(std::string("reduce --out model.json --set tissue.layers.sclera") +
+                  ".conductivity_W_per_mK=0.4" + kSmall);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("no bound  proved only where all layers"), std::string::npos)
+      << result.err;
+  const auto json = nlohmann::json::parse(testing::read_all(sandbox.path("model.json")));
+  EXPECT_FALSE(json.contains("certificate"));
+  EXPECT_LT(json["error"]["peak_relative_max"], 0.02);
+}
+
 TEST(ReduceCommand, ComparesAllMethods) {
   const Sandbox sandbox;
   const auto result = sandbox.run(std::string("reduce --compare --out errors.csv") + kSmall);
@@ -42,7 +55,7 @@ TEST(ReduceCommand, ComparesAllMethods) {
   }
   const std::string csv = testing::read_all(sandbox.path("errors.csv"));
   // A head, 5 methods at 13 orders, 4 dependences at 7 numbers of terms.
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 5 * 13 + 4 * 7);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 6 * 13 + 4 * 7);
 }
 
 TEST(ReduceCommand, NeedsAPlaceForTheModelOnly) {

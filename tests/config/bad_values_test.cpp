@@ -30,6 +30,19 @@ const std::string kPeriod = "a number from 0.05 to 100 ms";
 const std::vector<BadOverride> kOverrides = {
     // ranges
     {{"control.period_ms=-1"}, "control.period_ms: found -1; accepted: " + kPeriod},
+    {{"tissue.layers.RPE.perfusion_W_per_m3K=-1"},
+     "tissue.layers.RPE.perfusion_W_per_m3K: found -1; accepted: a number from 0 to 100000000 "
+     "W/(m3 K)"},
+    {{"tissue.layers.RPE.conductivity_W_per_mK=0"},
+     "tissue.layers.RPE.conductivity_W_per_mK: found 0; accepted: a number above 0, at most 1000 "
+     "W/(m K)"},
+    {{"tissue.beam=gauss"},
+     "tissue.beam: found \"gauss\"; accepted: \"flat-top\" or \"gaussian\" or "},
+    {{"tissue.beam=table"}, "tissue.beam_radius_um: found 0 numbers; accepted: 2 to 256 radii"},
+    {{"tissue.beam_radius_um=5"},
+     "tissue.beam_radius_um: found 5 (an integer); accepted: an array of numbers, each 0 to 20000 "
+     "um"},
+    {{"tissue.beam_radius_um=[0, nan]"}, "tissue.beam_radius_um: found nan; accepted: an array of"},
     {{"control.period_ms=0"}, "control.period_ms: found 0; accepted: " + kPeriod},
     {{"control.period_ms=100.5"}, "control.period_ms: found 100.5; accepted: " + kPeriod},
     {{"control.period_ms=nan"}, "control.period_ms: found nan; accepted: " + kPeriod},
@@ -114,7 +127,8 @@ const std::vector<BadOverride> kOverrides = {
     {{"control.state_weight=2"},
      "control.state_weight: found 2 (an integer); accepted: \"constant\" or \"delayed\""},
     {{"estimator.kind=mhe"}, "estimator.kind: found \"mhe\"; accepted: \"ekf\""},
-    {{"model.method=pod"}, "model.method: found \"pod\"; accepted: \"pod-deim\" or \"balanced\" or "
+    {{"model.method=pod"},
+     "model.method: found \"pod\"; accepted: \"pod-deim\" or \"balanced\" or "
      "\"balanced-two-sided\" or \"irka\" or \"taylor\""},
     {{"model.discretization=zoh"},
      "model.discretization: found \"zoh\"; accepted: \"zero-order-hold\" or \"implicit-euler\""},

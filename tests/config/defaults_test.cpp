@@ -40,6 +40,7 @@ file                = ""
 order               = 6
 discretization      = "zero-order-hold"   # or "implicit-euler" (the paper's)
 method              = "pod-deim"
+refinement          = "output-error"
 parameter_dependence = "deim"
 parameter_terms      = 0
 
@@ -50,6 +51,9 @@ min_cells = 80000
 ambient_C          = 22.0
 domain_radius_um   = 2000.0
 spot_radius_um     = 100.0
+beam               = "flat-top"    # or "gaussian", "table"
+beam_radius_um     = []
+beam_intensity     = []
 transmission       = 1.0           # power at the fundus / commanded power
 density_kg_per_m3       = 993.0
 heat_capacity_J_per_kgK = 4176.0

@@ -26,12 +26,26 @@ void randomize(Tissue& tissue, std::mt19937_64& random) {
   tissue.transmission = draw(random, 0.1, 1.0);
   tissue.volume_temperature = static_cast<VolumeTemperature>(random() % 2);
   tissue.layers.assign(1 + random() % 32, Layer{});
+  tissue.beam = static_cast<BeamProfile>(random() % 3);
+  tissue.beam_radii.clear();
+  tissue.beam_intensities.clear();
+  if (tissue.beam == BeamProfile::kTable) {
+    double radius = 0.0;
+    for (std::uint64_t i = 0, count = 2 + random() % 5; i < count; ++i) {
+      tissue.beam_radii.push_back(radius += draw(random, 1e-6, 100e-6));
+      tissue.beam_intensities.push_back(draw(random, 0.1, 2.0));
+    }
+  }
   int number = 0;
   for (Layer& layer : tissue.layers) {
     layer.name = "la\"y\\er é " + std::to_string(number++);
     layer.thickness = draw(random, 1e-7, 19e-3);
     layer.absorption = std::pow(10.0, draw(random, -30.0, 6.9));
     layer.scaled_by_alpha = random() % 2 == 0;
+    if (random() % 2 == 0) layer.conductivity = draw(random, 0.1, 1.0);
+    if (random() % 2 == 0) layer.density = draw(random, 800.0, 1200.0);
+    if (random() % 2 == 0) layer.heat_capacity = draw(random, 2000.0, 4200.0);
+    if (random() % 2 == 0) layer.perfusion = std::pow(10.0, draw(random, 0.0, 7.9));
   }
   tissue.layers[0].scaled_by_alpha = true;  // one has to
   tissue.peak_layer = tissue.layers[random() % tissue.layers.size()].name;
@@ -52,7 +66,7 @@ Config random_config(std::uint64_t seed) {
   c.estimator.absorption_initial = draw(random, 0.2, 2.0);
   c.model.file = "/a b/\"quoted\"\\back/é" + std::to_string(seed);
   c.model.reduction.order = static_cast<int>(1 + random() % 14);
-  c.model.discretization = static_cast<Discretization>(random() % 2);
+  c.model.discretization = static_cast<Discretization>(random() % 3);
   c.grid.min_cells = 1000 + random() % 4'000'000;
   randomize(c.tissue, random);
   c.plant.tissue = c.tissue;

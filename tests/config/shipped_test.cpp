@@ -66,6 +66,30 @@ TEST(Shipped, PaperAt250Hz) {
   }
 }
 
+TEST(Shipped, OtherTissues) {
+  Config vitreous = shipped("paper-1khz.toml");
+  vitreous.tissue.layers[4].thickness = 2000e-6;
+  vitreous.tissue.layers.insert(vitreous.tissue.layers.begin(), Layer{"vitreous", 2000e-6});
+  vitreous.plant.tissue = vitreous.tissue;
+  EXPECT_EQ(shipped("paper-vitreous.toml"), vitreous);
+
+  Config choroid = shipped("paper-1khz.toml");
+  choroid.tissue.layers[3].absorption = 26622.0;
+  choroid.plant.tissue = choroid.tissue;
+  EXPECT_EQ(shipped("literature-choroid.toml"), choroid);
+
+  Config in_vivo = vitreous;
+  in_vivo.control.peak_reference = 10.0;
+  in_vivo.control.peak_max = 12.0;
+  in_vivo.control.power_max = 0.05;
+  in_vivo.tissue.ambient_celsius = 37.0;
+  in_vivo.tissue.layers[4].absorption = 26622.0;
+  in_vivo.tissue.layers[4].perfusion = 2e5;
+  in_vivo.plant.tissue = in_vivo.tissue;
+  EXPECT_EQ(shipped("in-vivo.toml"), in_vivo);
+  EXPECT_TRUE(in_vivo.tissue.uniform_conduction()) << "it runs on the fast path";
+}
+
 TEST(Shipped, DocumentationShowsTheDefaults) {
   const std::string document = content(kSource / "docs" / "configuration.md");
   EXPECT_NE(document.find("```toml\n" + to_toml(Config{}) + "```\n"), std::string::npos)

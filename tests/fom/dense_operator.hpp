@@ -37,6 +37,53 @@ inline double transmitted(const Tissue& tissue, double alpha, double z) {
   return std::exp(-optical_depth);
 }
 
+/// The layer at depth z.
+inline const Layer& layer_at(const Tissue& tissue, double z) {
+  double back = 0.0;
+  for (const Layer& layer : tissue.layers) {
+    back += layer.thickness;
+    if (z < back) return layer;
+  }
+  return tissue.layers.back();
+}
+
+/// Share of a Gaussian's or a table's power between two radii, by brute force: many thin rings.
+inline double beam_share(const Tissue& tissue, double inner, double outer) {
+  const auto irradiance = [&tissue](double r) {
+    const double x = r / tissue.spot_radius;
+    if (tissue.beam == BeamProfile::kGaussian) return std::exp(-2.0 * x * x);
+    const std::vector<double>& radii = tissue.beam_radii;
+    if (r >= radii.back()) return 0.0;
+    if (r <= radii.front()) return tissue.beam_intensities.front();
+    std::size_t i = 1;
+    while (radii[i] < r) ++i;
+    const double fraction = (r - radii[i - 1]) / (radii[i] - radii[i - 1]);
+    return (1 - fraction) * tissue.beam_intensities[i - 1] + fraction * tissue.beam_intensities[i];
+  };
+  // Simpson's rule between the kinks.
+  std::vector<double> kinks = tissue.beam_radii;
+  kinks.insert(kinks.end(), {0.0, tissue.domain_radius});
+  std::sort(kinks.begin(), kinks.end());
+  const auto integral = [&](double from, double to) {
+    constexpr int kPanels = 20000;
+    double sum = 0.0;
+    for (std::size_t k = 0; k + 1 < kinks.size(); ++k) {
+      const double a = std::max(from, kinks[k]);
+      const double b = std::min(to, kinks[k + 1]);
+      if (a >= b) continue;
+      const double h = (b - a) / kPanels;
+      for (int i = 0; i < kPanels; ++i) {
+        const double r = a + i * h;
+        sum += h / 6 *
+               (irradiance(r) * r + 4 * irradiance(r + h / 2) * (r + h / 2) +
+                irradiance(r + h) * (r + h));
+      }
+    }
+    return sum;
+  };
+  return integral(inner, outer) / integral(0.0, tissue.domain_radius);
+}
+
 inline DenseOperator dense_operator(const Tissue& tissue, const Grid& grid, double alpha) {
   using std::numbers::pi;
   const std::vector<double>& r = grid.radial.faces;
@@ -46,7 +93,6 @@ inline DenseOperator dense_operator(const Tissue& tissue, const Grid& grid, doub
   const auto middle = [](const std::vector<double>& faces, int i) {
     return (faces[i] + faces[i + 1]) / 2;
   };
-  const double k = tissue.conductivity;
   DenseOperator op;
   op.A = Eigen::MatrixXd::Zero(nr * nz, nr * nz);
   op.B = Eigen::VectorXd::Zero(nr * nz);
@@ -54,12 +100,22 @@ inline DenseOperator dense_operator(const Tissue& tissue, const Grid& grid, doub
   op.C_peak = Eigen::RowVectorXd::Zero(nr * nz);
   op.heat_capacity.resize(nr * nz);
   op.boundary = Eigen::VectorXd::Zero(nr * nz);
+  std::vector<double> beam_shares;
+  for (int i = 0; i < nr && tissue.beam != BeamProfile::kFlatTop; ++i) {
+    beam_shares.push_back(beam_share(tissue, r[i], r[i + 1]));
+  }
   for (int j = 0; j < nz; ++j) {
     for (int i = 0; i < nr; ++i) {
       const int cell = i + j * nr;
       const double area = pi * (r[i + 1] * r[i + 1] - r[i] * r[i]);
       const double height = z[j + 1] - z[j];
-      op.heat_capacity[cell] = tissue.density * tissue.heat_capacity * area * height;
+      const Layer& layer = layer_at(tissue, middle(z, j));
+      const auto conductivity_of = [&tissue](const Layer& of) {
+        return of.conductivity.value_or(tissue.conductivity);
+      };
+      const double k = conductivity_of(layer);
+      op.heat_capacity[cell] = layer.density.value_or(tissue.density) *
+                               layer.heat_capacity.value_or(tissue.heat_capacity) * area * height;
       const auto exchange = [&](int other, double conductance) {  // W/K
         op.A(cell, cell) -= conductance;
         if (other >= 0) op.A(cell, other) += conductance;
@@ -70,12 +126,17 @@ inline DenseOperator dense_operator(const Tissue& tissue, const Grid& grid, doub
       }
       const double outer = i + 1 < nr ? middle(r, i + 1) : r[nr];
       exchange(i + 1 < nr ? cell + 1 : -1, k * 2 * pi * r[i + 1] * height / (outer - middle(r, i)));
-      const double above = j > 0 ? middle(z, j - 1) : z[0];
-      exchange(j > 0 ? cell - nr : -1, k * area / (middle(z, j) - above));
-      const double below = j + 1 < nz ? middle(z, j + 1) : z[nz];
-      exchange(j + 1 < nz ? cell + nr : -1, k * area / (below - middle(z, j)));
-      if (r[i + 1] <= tissue.spot_radius * (1 + 1e-12)) {
-        const double share = area / (pi * tissue.spot_radius * tissue.spot_radius);
+      // Two slabs in series: m2 K/W from center to face and from face to center.
+      const auto half = [&](int of) {
+        return 0.5 * (z[of + 1] - z[of]) / conductivity_of(layer_at(tissue, middle(z, of)));
+      };
+      exchange(j > 0 ? cell - nr : -1, area / (half(j) + (j > 0 ? half(j - 1) : 0.0)));
+      exchange(j + 1 < nz ? cell + nr : -1, area / (half(j) + (j + 1 < nz ? half(j + 1) : 0.0)));
+      op.A(cell, cell) -= layer.perfusion * area * height;  // W/K
+      const bool flat = tissue.beam == BeamProfile::kFlatTop;
+      if (!flat || r[i + 1] <= tissue.spot_radius * (1 + 1e-12)) {
+        const double share =
+            flat ? area / (pi * tissue.spot_radius * tissue.spot_radius) : beam_shares[i];
         const double absorbed =
             transmitted(tissue, alpha, z[j]) - transmitted(tissue, alpha, z[j + 1]);
         op.B[cell] = tissue.transmission * share * absorbed;  // W per W

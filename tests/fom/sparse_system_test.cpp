@@ -13,7 +13,8 @@ namespace {
 constexpr double kRounding = 1e-11;
 
 TEST(SparseSystem, IsTheBalanceOfHeat) {
-  for (const Tissue& tissue : {Tissue{}, testing::normalized(Tissue{})}) {
+  for (const Tissue& tissue :
+       {Tissue{}, testing::normalized(Tissue{}), testing::layered(), testing::gaussian(Tissue{})}) {
     const FullOrderModel model(tissue, testing::small_grid());
     const SparseSystem system = assemble_sparse_system(model);
     for (const double alpha : {0.5, 1.1}) {

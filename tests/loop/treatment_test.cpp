@@ -196,6 +196,30 @@ TEST(Treatment, ADifferentTissueOfTheEyeIsInTheTruthOnly) {
   EXPECT_LE(outcome(small_spot, found.records).peak_max, 34.0);
 }
 
+// What is shipped for other tissues, and layers that conduct differently: aim reached, limit kept.
+TEST(Treatment, OtherTissues) {
+  const std::string coarse = "grid.min_cells=20000";
+  const std::vector<std::string> layers = {coarse,
+                                           "tissue.layers.sclera.conductivity_W_per_mK=0.4",
+                                           "tissue.layers.choroid.heat_capacity_J_per_kgK=3600",
+                                           "tissue.layers.choroid.perfusion_W_per_m3K=1e6",
+                                           "tissue.beam=gaussian",
+                                           "tissue.spot_radius_um=141"};  // as bright on the axis
+  for (const Config& config :
+       {shipped("in-vivo.toml", {coarse}), shipped("literature-choroid.toml", {coarse}),
+        shipped("paper-vitreous.toml", {coarse}), shipped("paper-1khz.toml", layers)}) {
+    ModelStore models(config, false);
+    const Outcome o = outcome(config, treat(config, models).records);
+    // The noise of one sample is 0.288 K; the default tissue's overshoot is 0.4 K at most.
+    EXPECT_LT(o.peak_max, config.control.peak_reference + 0.8);
+    EXPECT_EQ(o.violations, 0);
+    EXPECT_EQ(o.unsolved, 0);
+    EXPECT_LT(o.time_to_95, 10e-3);
+    EXPECT_LT(o.rms, 0.3);
+    EXPECT_LT(std::abs(o.alpha_error), 0.05);
+  }
+}
+
 TEST(Treatment, AReducedEyeBehavesLikeTheFullOne) {
   const Config full = shipped("paper-1khz.toml");
   const Config reduced = shipped("paper-1khz.toml", {"plant.model=reduced"});

@@ -8,6 +8,7 @@
 #include <memory>
 #include <sstream>
 
+#include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "support/tissues.hpp"
 
@@ -129,6 +130,10 @@ TEST(Accuracy, OtherTissuesOutputsAndDiscretizationsWork) {
                         Case{"implicit Euler", Tissue{}, euler, 1e-3},
                         Case{"implicit Euler", Tissue{}, euler, 4e-3},
                         Case{"vitreous", testing::with_vitreous(), hold, 1e-3},
+                        Case{"TR-BDF2", Tissue{}, Discretization::kTrBdf2, 1e-3},
+                        Case{"Gaussian", testing::gaussian(Tissue{}), hold, 1e-3},
+                        Case{"layered", testing::layered(), hold, 4e-3},
+                        Case{"layered, implicit Euler", testing::layered(), euler, 4e-3},
                         Case{"10 kHz", Tissue{}, hold, 0.1e-3}}) {
     SCOPED_TRACE(c.name);
     const auto full = model_of(c.tissue, 20000);
@@ -137,6 +142,49 @@ TEST(Accuracy, OtherTissuesOutputsAndDiscretizationsWork) {
     EXPECT_EQ(model.period, c.period);
     EXPECT_LT(model.error.peak_max(), 0.02);
     EXPECT_LT(model.error.volume_max(), 0.02);
+  }
+}
+
+// Superposed pulse responses of a few sources are what stepping gives, for every power and alpha.
+TEST(Accuracy, LayeredReferenceIsTheSteppers) {
+  const auto full = model_of(testing::normalized(testing::gaussian(testing::layered())), 3000);
+  const std::vector<double> alphas = {0.31, 0.8, 1.69};
+  for (const Discretization how : kDiscretizations) {
+    const ValidationRun run =
+        validation_run(full, how, 2e-3, {.absorption_factors = alphas, .duration = 0.2});
+    ASSERT_EQ(run.powers.size(), 2U);
+    for (std::size_t s = 0; s < run.powers.size(); ++s) {
+      ASSERT_EQ(run.outputs[s].size(), run.powers[s].size() * alphas.size());
+      for (std::size_t a = 0; a < alphas.size(); ++a) {
+        FullOrderPlant plant(full, how, 2e-3, alphas[a], 0.0);
+        double highest = 0.0;
+        for (std::size_t k = 0; k < run.powers[s].size(); ++k) {
+          plant.step(run.powers[s][k]);
+          const Outputs exact = plant.outputs();
+          const Outputs found = run.outputs[s][k * alphas.size() + a];
+          highest = std::max(highest, exact.peak);
+          // The sources' span leaves out 1e-7.
+          ASSERT_NEAR(found.peak, exact.peak, 1e-6 * highest) << to_string(how) << ' ' << k;
+          ASSERT_NEAR(found.volume, exact.volume, 1e-6 * highest) << to_string(how) << ' ' << k;
+        }
+      }
+    }
+  }
+}
+
+// The general path, where nothing separates, on a tissue that is uniform but for a rounding.
+TEST(Accuracy, GeneralPathGivesTheSeparablePathsModel) {
+  for (const Discretization how : {Discretization::kZeroOrderHold, Discretization::kTrBdf2}) {
+    const auto uniform = model_of(Tissue{}, 3000);
+    const auto general = model_of(testing::barely_layered(Tissue{}), 3000);
+    const ReducedModel a = reduce(uniform, {}, 4e-3, how);
+    const ReducedModel b = reduce(general, {}, 4e-3, how);
+    // The two spaces of impulse responses differ by some 1e-5.
+    EXPECT_NEAR(b.error.peak_max() / a.error.peak_max(), 1.0, 0.02);
+    EXPECT_NEAR(b.error.volume_max() / a.error.volume_max(), 1.0, 0.02);
+    // And measured across, each against the other's full-order model.
+    EXPECT_NEAR(measure_error(a, general).peak_max() / a.error.peak_max(), 1.0, 1e-3);
+    EXPECT_NEAR(measure_error(a, general).volume_max() / a.error.volume_max(), 1.0, 1e-3);
   }
 }
 

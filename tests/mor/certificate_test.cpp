@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/impulse_error.hpp"
@@ -106,7 +107,15 @@ std::vector<Case> cases() {
              return tissue;
            }(),
            {.order = 5},
-           2e-3}};
+           2e-3},
+          {"ring beam, perfused",
+           [] {
+             Tissue tissue = testing::ring_beam(Tissue{});
+             tissue.layers[3].perfusion = 1e7;
+             return tissue;
+           }(),
+           {},
+           1e-3}};
 }
 
 // Linear interpolation, as the certificate's users do it.
@@ -165,6 +174,19 @@ TEST(Certificate, NoPowerViolatesIt) {
 }
 
 // The whole running bound, step by step, along one random treatment.
+TEST(Certificate, IsRefusedWhereItIsNotProved) {
+  const auto layered = model_of(testing::layered(), 1000);
+  const ReducedModel model = reduce(layered, {}, 4e-3, kHold);
+  EXPECT_FALSE(model.certificate.has_value());
+  EXPECT_NE(why_uncertified(*layered, kHold).find("conductivity"), std::string_view::npos);
+  EXPECT_THROW(certify(model, *layered), Error);
+  const auto uniform = model_of(Tissue{}, 1000);
+  const ReducedModel other = reduce(uniform, {}, 4e-3, Discretization::kTrBdf2);
+  EXPECT_FALSE(other.certificate.has_value());
+  EXPECT_THROW(certify(other, *uniform), Error);
+  EXPECT_TRUE(why_uncertified(*uniform, kHold).empty());
+}
+
 TEST(Certificate, RunningBoundHoldsAtEveryInstant) {
   const auto full = model_of(Tissue{}, 20000);
   const ReducedModel model = projected(*full, {}, 1e-3);

@@ -3,9 +3,11 @@
 
 #include <memory>
 
+#include "photocoag/fom/layered_stepper.hpp"
 #include "photocoag/fom/sparse_system.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/reconstruct.hpp"
+#include "support/tissues.hpp"
 
 namespace photocoag {
 namespace {
@@ -62,6 +64,19 @@ TEST(Reconstruct, IsCloserToTheFullFieldWithMoreStates) {
     }
     EXPECT_LT(last, 0.02) << "order 12, worst cell; outputs are far more exact than single cells";
   }
+}
+
+TEST(Reconstruct, WorksWhereNothingSeparates) {
+  const auto full =
+      std::make_shared<const FullOrderModel>(testing::layered(), GridSettings{.min_cells = 3000});
+  LayeredStepper stepper(full, Discretization::kZeroOrderHold, kPeriod, kAlpha);
+  for (int k = 0; k < 20; ++k) stepper.step(0.03);
+  const MatrixXd reference = stepper.temperatures();
+  const ReconstructingModel reduced =
+      reconstructing_model(*full, {.order = 10}, kPeriod, Discretization::kZeroOrderHold);
+  const MatrixXd cells = reconstruct(*full, reduced, state_after(reduced.model, 20));
+  // As on uniform tissue: single cells are less exact than the outputs.
+  EXPECT_LT((cells - reference).cwiseAbs().maxCoeff(), 0.03 * reference.maxCoeff());
 }
 
 }  // namespace

@@ -51,7 +51,9 @@ TEST(ModelFile, RoundTripIsBitIdentical) {
   odd.layers[0].name = "ret\"ina \xC3\xA4\\";  // a quote, a backslash, a letter beyond ASCII
   odd.ambient_celsius = 37.1;
   for (const ReducedModel& model :
-       {coarse_model(), coarse_model(odd, 4e-3, Discretization::kImplicitEuler)}) {
+       {coarse_model(), coarse_model(odd, 4e-3, Discretization::kImplicitEuler),
+        coarse_model(testing::ring_beam(testing::layered()), 4e-3, Discretization::kTrBdf2),
+        coarse_model(testing::gaussian(Tissue{}), 4e-3)}) {
     const std::string text = to_json(model);
     const ReducedModel back = from_json(text, "memory");
     expect_same(model, back);

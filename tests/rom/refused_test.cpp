@@ -58,7 +58,7 @@ bool is_remark(const std::string& path) {
 
 // What a file may leave out.
 bool is_optional(const std::string& path) {
-  return path == "certificate" || path == "parameter_dependence";
+  return path == "certificate" || path == "parameter_dependence" || path == "refinement";
 }
 
 std::string first_name(const std::string& path) { return path.substr(0, path.find_first_of(".[")); }

@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "support/thrown.hpp"
 
@@ -14,6 +16,12 @@ using testing::thrown_by;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void table(Tissue& tissue, std::vector<double> radii, std::vector<double> intensities) {
+  tissue.beam = BeamProfile::kTable;
+  tissue.beam_radii = std::move(radii);
+  tissue.beam_intensities = std::move(intensities);
+}
 
 struct BadTissue {
   const char* key;
@@ -62,6 +70,52 @@ TEST(Tissue, EveryBadValueIsNamed) {
       {"layers.choroid.absorption_per_m", [](Tissue& t) { t.layers[3].absorption = -1.0; }},
       {"layers.choroid.absorption_per_m", [](Tissue& t) { t.layers[3].absorption = 2e7; }},
       {"layers.RPE.absorption_per_m", [](Tissue& t) { t.layers[1].absorption = kNan; }},
+      {"layers.RPE.conductivity_W_per_mK", [](Tissue& t) { t.layers[1].conductivity = 0.0; }},
+      {"layers.RPE.density_kg_per_m3", [](Tissue& t) { t.layers[1].density = kNan; }},
+      {"layers.RPE.heat_capacity_J_per_kgK", [](Tissue& t) { t.layers[1].heat_capacity = -1.0; }},
+      {"layers.choroid.perfusion_W_per_m3K", [](Tissue& t) { t.layers[3].perfusion = -1.0; }},
+      {"layers.choroid.perfusion_W_per_m3K", [](Tissue& t) { t.layers[3].perfusion = 2e8; }},
+      {"beam_radius_um", [](Tissue& t) { t.beam = BeamProfile::kTable; }},
+      {"beam_radius_um",
+       [](Tissue& t) {
+         t.beam_radii = {0.0, 1e-4};
+       }},  // of a flat top
+      {"beam_radius_um",
+       [](Tissue& t) {
+         table(t, {0.0, 0.0}, {1.0, 1.0});
+       }},
+      {"beam_radius_um",
+       [](Tissue& t) {
+         table(t, {1e-4, 5e-5}, {1.0, 1.0});
+       }},
+      {"beam_radius_um",
+       [](Tissue& t) {
+         table(t, {-1e-4, 5e-5}, {1.0, 1.0});
+       }},
+      {"beam_radius_um",
+       [](Tissue& t) {
+         table(t, {0.0, 100.0}, {1.0, 1.0});
+       }},  // um taken for m
+      {"beam_radius_um",
+       [](Tissue& t) {
+         table(t, {0.0, kNan}, {1.0, 1.0});
+       }},
+      {"beam_intensity",
+       [](Tissue& t) {
+         table(t, {0.0, 1e-4}, {1.0});
+       }},
+      {"beam_intensity",
+       [](Tissue& t) {
+         table(t, {0.0, 1e-4}, {0.0, 0.0});
+       }},
+      {"beam_intensity",
+       [](Tissue& t) {
+         table(t, {0.0, 1e-4}, {1.0, -1.0});
+       }},
+      {"beam_intensity",
+       [](Tissue& t) {
+         table(t, {0.0, 1e-4}, {1.0, kNan});
+       }},
       {"peak_layer", [](Tissue& t) { t.peak_layer = "rpe"; }},
   };
   for (std::size_t i = 0; i < cases.size(); ++i) {

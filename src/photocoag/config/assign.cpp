@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "photocoag/config/decimal.hpp"
 #include "photocoag/core/error.hpp"
@@ -22,14 +24,23 @@ namespace fs = std::filesystem;
                .accepted = accepted(field)});
 }
 
-void assign_number(const Field& field, const NumberField& target, const Value& value) {
+// In SI.
+double read_number(const Field& field, const Unit& unit, const Value& value) {
   if (value.kind == Value::Kind::kInteger) {
-    *target.value = scaled_decimal(fmt::format("{}", value.integer), target.unit.exponent);
-    return;
+    return scaled_decimal(fmt::format("{}", value.integer), unit.exponent);
   }
   if (value.kind != Value::Kind::kFloat) refuse_type(field.key, value, accepted(field));
   if (!std::isfinite(value.number)) refuse_value(field, value);
-  *target.value = scaled_decimal(value.text, target.unit.exponent);
+  return scaled_decimal(value.text, unit.exponent);
+}
+
+void assign_numbers(const Field& field, const NumbersField& target, const Value& value) {
+  if (value.kind != Value::Kind::kArray) refuse_type(field.key, value, accepted(field));
+  std::vector<double> numbers;
+  for (const Entry& element : value.entries) {
+    numbers.push_back(read_number(field, target.unit, element.value));
+  }
+  *target.values = std::move(numbers);
 }
 
 void assign_integer(const Field& field, const IntegerField& target, const Value& value) {
@@ -81,7 +92,11 @@ void refuse_type(const std::string& key, const Value& value, std::string accepte
 
 void assign(const Field& field, const Value& value, const std::string& folder) {
   if (const auto* number = std::get_if<NumberField>(&field.value)) {
-    assign_number(field, *number, value);
+    *number->value = read_number(field, number->unit, value);
+  } else if (const auto* optional = std::get_if<OptionalNumberField>(&field.value)) {
+    *optional->value = read_number(field, optional->unit, value);
+  } else if (const auto* numbers = std::get_if<NumbersField>(&field.value)) {
+    assign_numbers(field, *numbers, value);
   } else if (const auto* integer = std::get_if<IntegerField>(&field.value)) {
     assign_integer(field, *integer, value);
   } else if (const auto* word = std::get_if<WordField>(&field.value)) {

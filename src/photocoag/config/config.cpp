@@ -70,8 +70,9 @@ std::string_view unit_of(const std::string& key, Config& config) {
     }
   }
   for (const Field& field : all) {
-    const auto* number = std::get_if<NumberField>(&field.value);
-    if (field.key == key && number != nullptr) return number->unit.name;
+    if (field.key != key) continue;
+    if (const auto* n = std::get_if<NumberField>(&field.value)) return n->unit.name;
+    if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) return n->unit.name;
   }
   return "";
 }

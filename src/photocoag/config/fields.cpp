@@ -20,6 +20,16 @@ Field number(std::string key, double& value, Unit unit, Range range, std::string
   return {std::move(key), NumberField{&value, unit, range}, meaning};
 }
 
+Field optional_number(std::string key, std::optional<double>& value, Unit unit, Range range,
+                      std::string_view meaning) {
+  return {std::move(key), OptionalNumberField{&value, unit, range}, meaning};
+}
+
+Field numbers(std::string key, std::vector<double>& values, Unit unit, Range range,
+              std::string_view meaning) {
+  return {std::move(key), NumbersField{&values, unit, range}, meaning};
+}
+
 template <class T>
 Field integer(std::string key, T& value, std::int64_t low, std::int64_t high,
               std::string_view meaning) {
@@ -41,10 +51,10 @@ Field word(std::string key, E& value, std::vector<std::string_view> words, std::
 }
 
 Field discretization(std::string key, Discretization& value, std::string_view meaning) {
-  return word(
-      std::move(key), value,
-      {to_string(Discretization::kZeroOrderHold), to_string(Discretization::kImplicitEuler)},
-      meaning);
+  return word(std::move(key), value,
+              {to_string(Discretization::kZeroOrderHold), to_string(Discretization::kImplicitEuler),
+               to_string(Discretization::kTrBdf2)},
+              meaning);
 }
 
 void add_control(ControlSettings& s, std::vector<Field>& list) {
@@ -94,23 +104,24 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {
-  list.insert(list.end(),
-              {Field{"model.file", TextField{&s.file, true},
-                     "a reduced model made by `photocoag reduce`; empty: reduce now (cached)"},
-               integer("model.order", s.reduction.order, 1, 14, "states of the reduced model"),
-               discretization("model.discretization", s.discretization,
-                              "exact for constant power, or the paper's scheme"),
-               word("model.method", s.reduction.method,
-                    {kReductionMethodWords.begin(), kReductionMethodWords.end()},
-                    "what spans the reduced states; the paper's: POD over alpha"),
-               word("model.refinement", s.reduction.refinement,
-                    {kRefinementWords.begin(), kRefinementWords.end()},
-                    "fits the projected model's numbers to the full-order model's responses"),
-               word("model.parameter_dependence", s.reduction.parameter_dependence,
-                    {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
-                    "of inputs and volume output on alpha; method \"taylor\" uses its own series"),
-               integer("model.parameter_terms", s.reduction.parameter_terms, 0, 12,
-                       "its number of terms; 0: 8 for \"chebyshev\", else 5")});
+  list.insert(
+      list.end(),
+      {Field{"model.file", TextField{&s.file, true},
+             "a reduced model made by `photocoag reduce`; empty: reduce now (cached)"},
+       integer("model.order", s.reduction.order, 1, 14, "states of the reduced model"),
+       discretization("model.discretization", s.discretization,
+                      "exact for constant power, the paper's scheme, or one of second order"),
+       word("model.method", s.reduction.method,
+            {kReductionMethodWords.begin(), kReductionMethodWords.end()},
+            "what spans the reduced states; the paper's: POD over alpha"),
+       word("model.refinement", s.reduction.refinement,
+            {kRefinementWords.begin(), kRefinementWords.end()},
+            "fits the projected model's numbers to the full-order model's responses"),
+       word("model.parameter_dependence", s.reduction.parameter_dependence,
+            {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
+            "of inputs and volume output on alpha; method \"taylor\" uses its own series"),
+       integer("model.parameter_terms", s.reduction.parameter_terms, 0, 12,
+               "its number of terms; 0: 8 for \"chebyshev\", else 5")});
 }
 
 void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
@@ -122,7 +133,15 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
        number(key("domain_radius_um"), t.domain_radius, kMicrometres, {1, 20000},
               "no temperature rise there; at least twice spot_radius_um"),
        number(key("spot_radius_um"), t.spot_radius, kMicrometres, {0, 5000, true},
-              "of the flat-top beam"),
+              "of the flat top; where the Gaussian has 1/e2 of its intensity"),
+       word(key("beam"), t.beam,
+            {to_string(BeamProfile::kFlatTop), to_string(BeamProfile::kGaussian),
+             to_string(BeamProfile::kTable)},
+            "the beam's profile, and the weight over the radius of the volume temperature"),
+       numbers(key("beam_radius_um"), t.beam_radii, kMicrometres, {0, 20000},
+               "ascending, up to domain_radius_um; of the table, else empty"),
+       numbers(key("beam_intensity"), t.beam_intensities, kOne, {0, 1e6},
+               "relative, one per radius; linear between them, 0 beyond the last"),
        number(key("transmission"), t.transmission, kOne, {0, 1, true},
               "power at the fundus / commanded power"),
        number(key("density_kg_per_m3"), t.density, {"kg/m3"}, {0, 1e5, true}, "of the tissue"),
@@ -136,9 +155,13 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
             "the paper's C_vol, or the same divided by the absorbed fraction"),
        Field{key("peak_layer"), TextField{&t.peak_layer},
              "the name of a layer: the peak temperature is at its mid-depth"},
-       Field{key("layers"), LayersField{&t.layers},
-             "1 to 32, in the order in which the light meets them; thickness above 0, at most "
-             "20000 um;\nabsorption 0 to 1e7 1/m, times alpha where scaled_by = \"alpha\""}});
+       Field{
+           key("layers"), LayersField{&t.layers},
+           "1 to 32, in the order in which the light meets them; thickness above 0, at most "
+           "20000 um;\nabsorption 0 to 1e7 1/m, times alpha where scaled_by = \"alpha\". Optional: "
+           "conductivity_W_per_mK,\ndensity_kg_per_m3, heat_capacity_J_per_kgK (else the "
+           "tissue's), "
+           "perfusion_W_per_m3K (else 0; 0 to 1e8)"}});
 }
 
 void add_plant(PlantSettings& s, std::vector<Field>& list) {
@@ -149,7 +172,7 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
        number("plant.absorption_factor", s.absorption_factor, kOne, {0.05, 5}, "the true alpha"),
        number("plant.noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample"),
        discretization("plant.discretization", s.discretization,
-                      "exact for constant power, or the paper's scheme")});
+                      "exact for constant power, the paper's scheme, or one of second order")});
 }
 
 std::string round_number(double value) {
@@ -157,12 +180,12 @@ std::string round_number(double value) {
   return fmt::format("1e{}", std::lround(std::log10(value)));  // the table has powers of ten only
 }
 
-std::string range_words(const NumberField& field) {
-  const std::string low = round_number(field.range.low);
-  const std::string high = round_number(field.range.high);
-  const std::string unit = field.unit.name.empty() ? "" : fmt::format(" {}", field.unit.name);
-  return field.range.above_low ? fmt::format("above {}, at most {}{}", low, high, unit)
-                               : fmt::format("{} to {}{}", low, high, unit);
+std::string range_words(const Range& range, const Unit& of) {
+  const std::string low = round_number(range.low);
+  const std::string high = round_number(range.high);
+  const std::string unit = of.name.empty() ? "" : fmt::format(" {}", of.name);
+  return range.above_low ? fmt::format("above {}, at most {}{}", low, high, unit)
+                         : fmt::format("{} to {}{}", low, high, unit);
 }
 
 std::string word_list(const WordField& field) {
@@ -213,11 +236,24 @@ std::vector<Field> layer_fields(Layer& layer, const std::string& prefix) {
           number(prefix + ".absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7},
                  "absorption coefficient"),
           word(prefix + ".scaled_by", layer.scaled_by_alpha, {"none", "alpha"},
-               "alpha: multiplied by it")};
+               "alpha: multiplied by it"),
+          optional_number(prefix + ".conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
+                          {0, 1e3, true}, "thermal; else the tissue's"),
+          optional_number(prefix + ".density_kg_per_m3", layer.density, {"kg/m3"}, {0, 1e5, true},
+                          "else the tissue's"),
+          optional_number(prefix + ".heat_capacity_J_per_kgK", layer.heat_capacity, {"J/(kg K)"},
+                          {0, 1e5, true}, "specific; else the tissue's"),
+          number(prefix + ".perfusion_W_per_m3K", layer.perfusion, {"W/(m3 K)"}, {0, 1e8},
+                 "heat carried away by blood at ambient")};
 }
 
 std::string range_text(const Field& field) {
-  if (const auto* n = std::get_if<NumberField>(&field.value)) return range_words(*n);
+  if (const auto* n = std::get_if<NumberField>(&field.value)) return range_words(n->range, n->unit);
+  if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) {
+    return range_words(n->range, n->unit);
+  }
+  if (const auto* n = std::get_if<NumbersField>(&field.value))
+    return range_words(n->range, n->unit);
   if (const auto* i = std::get_if<IntegerField>(&field.value)) {
     constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
     return i->high == kLargest ? fmt::format("{} to 2^63 - 1", i->low)
@@ -228,8 +264,15 @@ std::string range_text(const Field& field) {
 }
 
 std::string accepted(const Field& field) {
-  if (const auto* n = std::get_if<NumberField>(&field.value)) {
-    return (n->range.above_low ? "a number " : "a number from ") + range_words(*n);
+  const auto number = [](const Range& range, const Unit& unit) {
+    return (range.above_low ? "a number " : "a number from ") + range_words(range, unit);
+  };
+  if (const auto* n = std::get_if<NumberField>(&field.value)) return number(n->range, n->unit);
+  if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) {
+    return number(n->range, n->unit);
+  }
+  if (const auto* n = std::get_if<NumbersField>(&field.value)) {
+    return "an array of numbers, each " + range_words(n->range, n->unit);
   }
   if (std::holds_alternative<IntegerField>(field.value)) {
     return "an integer from " + range_text(field);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -33,6 +34,17 @@ struct NumberField {
   Unit unit;
   Range range;
 };
+/// Not given: printed nowhere, the meaning says what holds instead.
+struct OptionalNumberField {
+  std::optional<double>* value;
+  Unit unit;
+  Range range;
+};
+struct NumbersField {
+  std::vector<double>* values;
+  Unit unit;
+  Range range;  ///< of each
+};
 struct IntegerField {
   std::function<std::int64_t()> get;
   std::function<void(std::int64_t)> set;
@@ -55,7 +67,9 @@ struct LayersField {
 
 struct Field {
   std::string key;  ///< full, e.g. "control.period_ms"
-  std::variant<NumberField, IntegerField, WordField, TextField, LayersField> value;
+  std::variant<NumberField, OptionalNumberField, NumbersField, IntegerField, WordField, TextField,
+               LayersField>
+      value;
   std::string_view meaning;
 };
 

@@ -21,6 +21,16 @@ std::string value_text(const Field& field) {
   if (const auto* n = std::get_if<NumberField>(&field.value)) {
     return shortest_decimal(*n->value, n->unit.exponent);
   }
+  if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) {
+    return n->value->has_value() ? shortest_decimal(**n->value, n->unit.exponent) : "";
+  }
+  if (const auto* n = std::get_if<NumbersField>(&field.value)) {
+    std::string text;
+    for (const double value : *n->values) {
+      text += (text.empty() ? "" : ", ") + shortest_decimal(value, n->unit.exponent);
+    }
+    return "[" + text + "]";
+  }
   if (const auto* i = std::get_if<IntegerField>(&field.value)) return fmt::format("{}", i->get());
   if (const auto* w = std::get_if<WordField>(&field.value)) return quoted(w->words.at(w->get()));
   if (const auto* t = std::get_if<TextField>(&field.value)) return quoted(*t->value);
@@ -44,10 +54,18 @@ std::size_t column_width(const std::vector<std::string>& cells, std::size_t most
 std::string layer_line(const Layer& layer, std::size_t name_width, std::size_t thickness_width) {
   Layer copy = layer;
   const std::vector<Field> keys = layer_fields(copy, "");
-  return fmt::format("  {{ name = {:<{}} thickness_um = {:<{}} absorption_per_m = {}{} }},\n",
-                     value_text(keys[0]) + ",", name_width + 1, value_text(keys[1]) + ",",
-                     thickness_width + 1, value_text(keys[2]),
-                     layer.scaled_by_alpha ? ", scaled_by = " + value_text(keys[3]) : "");
+  std::string text = fmt::format(
+      "  {{ name = {:<{}} thickness_um = {:<{}} absorption_per_m = {}", value_text(keys[0]) + ",",
+      name_width + 1, value_text(keys[1]) + ",", thickness_width + 1, value_text(keys[2]));
+  // Only what differs from a layer that is like the tissue.
+  Layer plain;
+  const std::vector<Field> defaults = layer_fields(plain, "");
+  for (std::size_t i = 3; i < keys.size(); ++i) {
+    const std::string value = value_text(keys[i]);
+    if (value == value_text(defaults[i])) continue;
+    text += fmt::format(", {} = {}", keys[i].key.substr(1), value);
+  }
+  return text + " },\n";
 }
 
 std::string layers_text(std::string_view key, const Field& field) {

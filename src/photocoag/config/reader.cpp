@@ -177,9 +177,12 @@ void Reader::read_layer(const std::string& path, const Value& table, Layer& laye
         std::find_if(known.begin(), known.end(), [&key](const Field& f) { return f.key == key; });
     if (field == known.end()) {
       std::vector<std::string> keys;
-      for (const Field& f : known) keys.push_back(f.key);
-      refuse_unknown(key, value, "unknown key", nearest_key(key, keys),
-                     "name, thickness_um, absorption_per_m, scaled_by");
+      std::string all;
+      for (const Field& f : known) {
+        keys.push_back(f.key);
+        all += (all.empty() ? "" : ", ") + f.key.substr(path.size() + 1);
+      }
+      refuse_unknown(key, value, "unknown key", nearest_key(key, keys), all);
     }
     read_field(*field, value, key);
   }

@@ -9,10 +9,44 @@ namespace photocoag {
 enum class Discretization {
   kZeroOrderHold,  ///< exact: x+ = e^(Ah) x + A^-1 (e^(Ah) - I) B u
   kImplicitEuler,  ///< the paper's: x+ = (I - hA)^-1 (x + h B u); 12 % low after the first step
+  kTrBdf2,         ///< trapezoidal rule, then backward differences: second order, L-stable
 };
 
 constexpr std::string_view to_string(Discretization value) noexcept {
-  return value == Discretization::kZeroOrderHold ? "zero-order-hold" : "implicit-euler";
+  switch (value) {
+    case Discretization::kZeroOrderHold:
+      return "zero-order-hold";
+    case Discretization::kImplicitEuler:
+      return "implicit-euler";
+    case Discretization::kTrBdf2:
+      return "tr-bdf2";
+  }
+  return "";
 }
+
+inline constexpr Discretization kDiscretizations[] = {
+    Discretization::kZeroOrderHold, Discretization::kImplicitEuler, Discretization::kTrBdf2};
+
+/// TR-BDF2 (Bank et al., IEEE Trans. CAD 4 (1985) 436-451; Hosea and Shampine, Appl. Numer. Math.
+/// 20 (1996) 21-35) of x' = A x + b with constant b. Its two stages share one matrix:
+///   M = (I - shift h A)^-1,  w = M (x + shift h b),  x+ = M (mix w + (1 - mix) x + shift h b).
+/// w is the mean of x and the trapezoidal rule's value at gamma h, gamma = 2 - sqrt 2.
+struct TrBdf2 {
+  static constexpr double kGamma = 0.585786437626904951;  // 2 - sqrt 2
+  static constexpr double kShift = 0.5 * kGamma;
+  static constexpr double kMix = 2.0 / (kGamma * (2.0 - kGamma));
+  static constexpr double kLeastDecay = -0.207106781186547525;  // (1 - sqrt 2) / 2
+
+  /// What one step of length h leaves of a mode of rate l, exponent = l h; and what 1 W adds to it,
+  /// per h.
+  static constexpr double decay(double exponent) noexcept {
+    const double stage = 1.0 / (1.0 + kShift * exponent);
+    return (kMix * stage + 1.0 - kMix) * stage;
+  }
+  static constexpr double gain(double exponent) noexcept {
+    const double stage = 1.0 / (1.0 + kShift * exponent);
+    return kShift * (kMix * stage + 1.0) * stage;
+  }
+};
 
 }  // namespace photocoag

@@ -28,7 +28,7 @@ std::size_t whole_periods(double time, double period) {
   if (std::abs(time - periods * period) > 1e-9 * std::max(time, period)) {
     throw Error(ErrorParts{
         .key = "--times",
-        .problem = "implicit Euler advances in whole control periods",
+        .problem = "this discretization advances in whole control periods",
         .found = fmt::format("{} s", time),
         .accepted = fmt::format("multiples of control.period_ms = {} ms, or the discretization "
                                 "\"zero-order-hold\" for any time",

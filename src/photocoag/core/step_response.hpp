@@ -20,8 +20,8 @@ std::size_t whole_periods(double time, double period);
 /// Outputs at `times`, s (any order), after constant `power`, W, from t = 0 on; `system` starts
 /// cold.
 ///
-/// Zero-order hold: exact at any time, by one step from each time to the next. Implicit Euler
-/// advances in steps of `period`, s: a time that is not a multiple of it throws Error. System:
+/// Zero-order hold: exact at any time, by one step from each time to the next. The others
+/// advance in steps of `period`, s: a time that is not a multiple of it throws Error. System:
 /// set_period(s), step(W), outputs() -> Outputs.
 template <typename System>
 std::vector<Outputs> sample_step_response(System& system, Discretization discretization,
@@ -29,7 +29,7 @@ std::vector<Outputs> sample_step_response(System& system, Discretization discret
                                           const std::vector<double>& times) {
   std::vector<Outputs> outputs(times.size());
   const std::vector<std::size_t> order = ascending_times(times);
-  if (discretization == Discretization::kImplicitEuler) {
+  if (discretization != Discretization::kZeroOrderHold) {
     for (const double time : times) whole_periods(time, period);
     system.set_period(period);
     std::size_t done = 0;

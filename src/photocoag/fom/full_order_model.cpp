@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/tissue/beam.hpp"
 
 namespace photocoag {
 namespace {
@@ -15,29 +16,46 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Modes of M^-1 K for two-point fluxes: conductance at an inner face = area * diffusivity /
-// distance of the neighbouring centers; at a boundary face (zero temperature rise) the distance is
-// to the face. A face of area 0 (the axis r = 0) lets nothing through.
-Modes diffusion_modes(const Axis& axis, const VectorXd& measure, const VectorXd& face_area,
-                      double diffusivity) {
+// Conductance of every face for two-point fluxes: area / sum over both sides of (distance from the
+// cell's center to the face / conductivity), which is the harmonic mean of the conductivities and
+// exact for a jump at the face. At a boundary face (zero temperature rise) there is one side. A
+// face of area 0 (the axis r = 0) lets nothing through.
+VectorXd conductances(const Axis& axis, const VectorXd& face_area, const VectorXd& conductivity) {
   const auto cells = static_cast<Index>(axis.cells());
-  VectorXd conductance(cells + 1);
+  VectorXd result(cells + 1);
   for (Index face = 0; face <= cells; ++face) {
-    const double left = face == 0 ? axis.faces[0] : axis.center(face - 1);
-    const double right = face == cells ? axis.faces[cells] : axis.center(face);
-    conductance[face] = diffusivity * face_area[face] / (right - left);
+    double resistance = 0.0;
+    if (face > 0) resistance += (axis.faces[face] - axis.center(face - 1)) / conductivity[face - 1];
+    if (face < cells) resistance += (axis.center(face) - axis.faces[face]) / conductivity[face];
+    result[face] = face_area[face] / resistance;
   }
-  const VectorXd root = measure.cwiseSqrt();
-  const VectorXd diagonal =
-      (conductance.head(cells) + conductance.tail(cells)).cwiseQuotient(measure);
-  VectorXd off_diagonal(cells - 1);
+  return result;
+}
+
+// M^(-1/2) (two-point fluxes + diag(sink * measure)) M^(-1/2), symmetric tridiagonal.
+struct Tridiagonal {
+  VectorXd diagonal;
+  VectorXd off_diagonal;
+};
+
+Tridiagonal symmetric_operator(const VectorXd& conductance, const VectorXd& root_measure,
+                               const VectorXd& sink) {
+  const Index cells = root_measure.size();
+  Tridiagonal result{
+      (conductance.head(cells) + conductance.tail(cells)).cwiseQuotient(root_measure.cwiseAbs2()) +
+          sink,
+      VectorXd(cells - 1)};
   for (Index i = 0; i + 1 < cells; ++i) {
-    off_diagonal[i] = -conductance[i + 1] / (root[i] * root[i + 1]);
+    result.off_diagonal[i] = -conductance[i + 1] / (root_measure[i] * root_measure[i + 1]);
   }
+  return result;
+}
+
+Modes modes_of(const Tridiagonal& matrix, const VectorXd& root_measure) {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(diagonal, off_diagonal, Eigen::ComputeEigenvectors);
+  solver.computeFromTridiagonal(matrix.diagonal, matrix.off_diagonal, Eigen::ComputeEigenvectors);
   if (solver.info() != Eigen::Success) throw Error("the heat operator could not be diagonalised");
-  return {solver.eigenvalues(), solver.eigenvectors(), root};
+  return {solver.eigenvalues(), solver.eigenvectors(), root_measure};
 }
 
 Modes radial_modes(const Axis& axis, double diffusivity) {
@@ -47,14 +65,45 @@ Modes radial_modes(const Axis& axis, double diffusivity) {
   for (Index i = 0; i <= cells; ++i) circumference[i] = 2.0 * std::numbers::pi * axis.faces[i];
   for (Index i = 0; i < cells; ++i)
     area[i] = 2.0 * std::numbers::pi * axis.center(i) * axis.width(i);
-  return diffusion_modes(axis, area, circumference, diffusivity);
+  const VectorXd root = area.cwiseSqrt();
+  const VectorXd conductance =
+      conductances(axis, circumference, VectorXd::Constant(cells, diffusivity));
+  return modes_of(symmetric_operator(conductance, root, VectorXd::Zero(cells)), root);
 }
 
-Modes axial_modes(const Axis& axis, double diffusivity) {
+// Thermal data of every axial cell; cells end at layer boundaries.
+struct DepthData {
+  VectorXd width;  // m
+  VectorXd conductivity;
+  VectorXd heat_capacity;  // volumetric
+  VectorXd perfusion;
+};
+
+DepthData depth_data(const Tissue& tissue, const Axis& axis) {
   const auto cells = static_cast<Index>(axis.cells());
-  VectorXd width(cells);
-  for (Index i = 0; i < cells; ++i) width[i] = axis.width(i);
-  return diffusion_modes(axis, width, VectorXd::Ones(cells + 1), diffusivity);
+  DepthData data{VectorXd(cells), VectorXd(cells), VectorXd(cells), VectorXd(cells)};
+  std::size_t layer = 0;
+  double back = tissue.layers[0].thickness;
+  for (Index j = 0; j < cells; ++j) {
+    while (axis.center(j) > back && layer + 1 < tissue.layers.size()) {
+      back += tissue.layers[++layer].thickness;
+    }
+    const ThermalData thermal = tissue.thermal(tissue.layers[layer]);
+    data.width[j] = axis.width(j);
+    data.conductivity[j] = thermal.conductivity;
+    data.heat_capacity[j] = thermal.volumetric_heat_capacity;
+    data.perfusion[j] = thermal.perfusion;
+  }
+  return data;
+}
+
+// The operator in depth: conductivity per measure gives 1/s.
+Tridiagonal depth_operator_of(const DepthData& data, const Axis& axis, const VectorXd& root_measure,
+                              const VectorXd& conductivity) {
+  const VectorXd conductance =
+      conductances(axis, VectorXd::Ones(data.width.size() + 1), conductivity);
+  return symmetric_operator(conductance, root_measure,
+                            data.perfusion.cwiseQuotient(data.heat_capacity));
 }
 
 // Value at r = 0 of the even parabola through the first two ring averages.
@@ -91,36 +140,52 @@ VectorXd depth_evaluation(const Axis& axis, double z) {
 }  // namespace
 
 VectorXd Modes::project_functional(const VectorXd& per_cell) const {
-  return vectors.transpose() * per_cell.cwiseQuotient(root_measure);
+  const VectorXd scaled = per_cell.cwiseQuotient(root_measure);
+  return vectors.size() == 0 ? scaled : VectorXd(vectors.transpose() * scaled);
 }
 
 VectorXd Modes::to_cells(const VectorXd& coordinates) const {
-  return (vectors * coordinates).cwiseQuotient(root_measure);
+  const VectorXd scaled = vectors.size() == 0 ? coordinates : VectorXd(vectors * coordinates);
+  return scaled.cwiseQuotient(root_measure);
 }
 
 FullOrderModel::FullOrderModel(const Tissue& tissue, const GridSettings& settings)
     : FullOrderModel(tissue, make_grid(tissue, settings)) {}
 
 FullOrderModel::FullOrderModel(const Tissue& tissue, Grid grid)
-    : tissue_(tissue),
-      grid_(std::move(grid)),
-      radial_(radial_modes(grid_.radial, tissue.diffusivity())),
-      axial_(axial_modes(grid_.axial, tissue.diffusivity())) {
+    : tissue_(tissue), grid_(std::move(grid)), separable_(tissue.uniform_conduction()) {
   const AbsorptionLaw law(tissue);
   whole_absorption_ = law.whole();
   for (std::size_t j = 0; j < grid_.axial.cells(); ++j) {
     cell_absorption_.push_back(law.between(grid_.axial.faces[j], grid_.axial.faces[j + 1]));
   }
-  // The source in ring i, cell j is u * s_j / (pi R_I^2 rho C_p dz_j) inside the spot: per unit of
-  // the cell's measure 1 / (pi R_I^2), so the functional's cell value is the ring area over the
-  // spot area.
-  VectorXd spot = VectorXd::Zero(radial_.size());
-  const double spot_area = std::numbers::pi * tissue.spot_radius * tissue.spot_radius;
-  for (Index i = 0; i < radial_.size(); ++i) {
-    if (grid_.radial.center(i) >= tissue.spot_radius) break;
-    spot[i] = radial_.root_measure[i] * radial_.root_measure[i] / spot_area;
+  const DepthData depth = depth_data(tissue, grid_.axial);
+  if (separable_) {
+    const double heat_capacity = depth.heat_capacity[0];
+    const double diffusivity = depth.conductivity[0] / heat_capacity;
+    const VectorXd root = depth.width.cwiseSqrt();
+    input_gain_ = tissue.transmission / heat_capacity;
+    radial_ = radial_modes(grid_.radial, diffusivity);
+    axial_ = modes_of(
+        depth_operator_of(depth, grid_.axial, root, VectorXd::Constant(root.size(), diffusivity)),
+        root);
+  } else {
+    const VectorXd root = depth.width.cwiseProduct(depth.heat_capacity).cwiseSqrt();
+    Tridiagonal matrix = depth_operator_of(depth, grid_.axial, root, depth.conductivity);
+    input_gain_ = tissue.transmission;
+    radial_ = radial_modes(grid_.radial, 1.0);
+    axial_ = {VectorXd(), Eigen::MatrixXd(), root};
+    depth_operator_ = {depth.conductivity.cwiseQuotient(depth.heat_capacity),
+                       std::move(matrix.diagonal), std::move(matrix.off_diagonal)};
   }
-  beam_ = radial_.project_functional(spot);
+  // The source in ring i, cell j is u * s_j * share_i per (rho C_p dz_j * ring area): a functional
+  // whose cell value is the ring's share of the beam.
+  const Beam beam(tissue);
+  VectorXd share(radial_.size());
+  for (Index i = 0; i < radial_.size(); ++i) {
+    share[i] = beam.share(grid_.radial.faces[i], grid_.radial.faces[i + 1]);
+  }
+  beam_ = radial_.project_functional(share);
   peak_radial_ = radial_.project_functional(axis_evaluation(grid_.radial));
   peak_axial_ = axial_.project_functional(depth_evaluation(grid_.axial, tissue.peak_depth()));
 }
@@ -135,16 +200,16 @@ VectorXd FullOrderModel::axial_source(const VectorXd& absorbed_per_cell) const {
   return axial_.project_functional(absorbed_per_cell);
 }
 
-double FullOrderModel::input_gain() const noexcept {
-  return tissue_.transmission / tissue_.volumetric_heat_capacity();
+double FullOrderModel::volume_norm(double alpha) const noexcept {
+  return tissue_.volume_temperature == VolumeTemperature::kNormalized
+             ? whole_absorption_.evaluate(alpha).value
+             : 1.0;
 }
 
 OutputWeights FullOrderModel::output_weights(double alpha) const {
   const VectorXd source = axial_source(alpha);
-  const bool normalized = tissue_.volume_temperature == VolumeTemperature::kNormalized;
-  const double norm = normalized ? whole_absorption_.evaluate(alpha).value : 1.0;
   return {input_gain() * peak_axial_.cwiseProduct(source),
-          (input_gain() / norm) * source.cwiseAbs2()};
+          (input_gain() / volume_norm(alpha)) * source.cwiseAbs2()};
 }
 
 }  // namespace photocoag

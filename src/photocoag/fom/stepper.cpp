@@ -18,6 +18,7 @@ ModalStepper::ModalStepper(std::shared_ptr<const FullOrderModel> model,
       negligible_decay_(negligible_decay),
       axis_weight_(model_->peak_radial().cwiseProduct(model_->beam())),
       spot_weight_(model_->beam().cwiseAbs2()) {
+  if (!model_->separable()) throw Error("ModalStepper needs layers that conduct alike");
   prepare();
   reset();
 }
@@ -27,6 +28,9 @@ ModalStepper::Gain ModalStepper::gain(double rate) const noexcept {
   if (discretization_ == Discretization::kImplicitEuler) {
     const double decay = 1.0 / (1.0 + exponent);
     return {decay, period_ * decay};
+  }
+  if (discretization_ == Discretization::kTrBdf2) {
+    return {TrBdf2::decay(exponent), period_ * TrBdf2::gain(exponent)};
   }
   return {std::exp(-exponent), -std::expm1(-exponent) / rate};
 }
@@ -44,7 +48,9 @@ void ModalStepper::prepare() {
     bool memory = true;
     for (Index j = 0; j < axial.size(); ++j) {
       const Gain mode = gain(radial[i] + axial[j]);
-      memory = memory && mode.decay >= negligible_decay_;
+      // TR-BDF2's decay factor changes its sign on the way to 0: all of its modes count.
+      memory =
+          memory && (discretization_ == Discretization::kTrBdf2 || mode.decay >= negligible_decay_);
       if (memory) {
         decay_.push_back(mode.decay);
         gain_.push_back(mode.gain);

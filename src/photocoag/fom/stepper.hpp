@@ -6,26 +6,31 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "photocoag/core/discretization.hpp"
 #include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/fom/layered_stepper.hpp"
 
 namespace photocoag {
 
 /// State of x' = A x + B(alpha) u, kept per mode and per unit of the mode's source:
 ///   temperature coordinate (i, j) = beam_i * source_j(alpha) * input_gain * state_ij.
 /// With the usual rest at the start the state depends on the power alone, so that one run serves
-/// every alpha: outputs are two axial profiles weighted by alpha (OutputWeights).
+/// every alpha: outputs are two axial profiles weighted by alpha (OutputWeights). Needs a separable
+/// model; LayeredStepper is for the others.
 ///
 /// Per step of length h and mode of rate l: state+ = d * state + g * u with
 ///   zero-order hold  d = exp(-l h),    g = (1 - d) / l
 ///   implicit Euler   d = 1 / (1 + l h), g = h d
+///   TR-BDF2          core/discretization.hpp with A = -l
 /// A mode with d below `negligible_decay` remembers nothing of the step before to that relative
 /// accuracy; its share is g * u, summed up beforehand.
 class ModalStepper {
  public:
-  /// negligible_decay = 0 steps every mode.
+  /// negligible_decay = 0 steps every mode. Throws Error if the model is not separable.
   ModalStepper(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
                double period, double negligible_decay = 1e-12);
 
@@ -77,21 +82,50 @@ class ModalStepper {
   Eigen::VectorXd spot_profile_;
 };
 
-/// The simulated eye at full order, for one alpha. A Plant (loop/plant.hpp).
+/// The simulated eye at full order, for one alpha: a ModalStepper if the model is separable, else a
+/// LayeredStepper. A Plant (loop/plant.hpp).
 class FullOrderPlant {
  public:
   FullOrderPlant(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
                  double period, double absorption_factor, double negligible_decay = 1e-12)
-      : weights_(model->output_weights(absorption_factor)),
-        stepper_(std::move(model), discretization, period, negligible_decay) {}
+      : stepper_(
+            make(std::move(model), discretization, period, absorption_factor, negligible_decay)) {}
 
-  void set_period(double period) { stepper_.set_period(period); }
-  void step(double power) noexcept { stepper_.step(power); }
-  Outputs outputs() const noexcept { return stepper_.outputs(weights_); }
+  void set_period(double period) {
+    std::visit([period](auto& stepper) { stepper.set_period(period); }, stepper_);
+  }
+  void step(double power) noexcept {
+    if (auto* modal = std::get_if<Modal>(&stepper_)) {
+      modal->stepper.step(power);
+    } else {
+      std::get_if<LayeredStepper>(&stepper_)->step(power);
+    }
+  }
+  Outputs outputs() const noexcept {
+    if (const auto* modal = std::get_if<Modal>(&stepper_))
+      return modal->stepper.outputs(modal->weights);
+    return std::get_if<LayeredStepper>(&stepper_)->outputs();
+  }
 
  private:
-  OutputWeights weights_;
-  ModalStepper stepper_;
+  struct Modal {
+    ModalStepper stepper;
+    OutputWeights weights;
+    void set_period(double period) { stepper.set_period(period); }
+  };
+  using Stepper = std::variant<Modal, LayeredStepper>;
+  static Stepper make(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
+                      double period, double absorption_factor, double negligible_decay) {
+    if (!model->separable()) {
+      return Stepper(std::in_place_type<LayeredStepper>, std::move(model), discretization, period,
+                     absorption_factor, negligible_decay);
+    }
+    OutputWeights weights = model->output_weights(absorption_factor);
+    return Stepper(
+        Modal{{std::move(model), discretization, period, negligible_decay}, std::move(weights)});
+  }
+
+  Stepper stepper_;
 };
 
 }  // namespace photocoag

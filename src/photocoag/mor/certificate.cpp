@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/mor/impulse_error.hpp"
 #include "photocoag/mor/majorant.hpp"
 #include "photocoag/mor/pulse_response.hpp"
@@ -169,8 +171,21 @@ std::vector<double> majorant_decays(double slowest) {
 
 }  // namespace
 
+std::string_view why_uncertified(const FullOrderModel& full,
+                                 Discretization discretization) noexcept {
+  if (!full.separable()) {
+    return "proved only where all layers have the same conductivity and heat capacity";
+  }
+  if (discretization == Discretization::kTrBdf2) {
+    return "proved only for zero-order hold and implicit Euler";
+  }
+  return {};
+}
+
 ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full,
                          const CertificateSettings& settings) {
+  const std::string_view reason = why_uncertified(full, reduced.discretization);
+  if (!reason.empty()) throw Error("no certificate: " + std::string(reason));
   const VectorXd nodes =
       VectorXd::LinSpaced(settings.nodes, reduced.absorption_min, reduced.absorption_max);
   const double spacing = nodes[1] - nodes[0];

@@ -2,6 +2,9 @@
 // docs/models.md (certificate) has every step, what is proved and what is rounding. Units: SI.
 #pragma once
 
+#include <string_view>
+
+#include "photocoag/core/discretization.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
@@ -14,9 +17,16 @@ struct CertificateSettings {
   double remaining = 1e-6;           ///< the slowest mode decays to this within the horizon
 };
 
+/// Why nothing is proved for such models; empty where certify() works. The proof sums over modes in
+/// radius and depth, so all layers have to conduct and store heat alike (perfusion and beam may be
+/// any), and it is written for zero-order hold and implicit Euler.
+std::string_view why_uncertified(const FullOrderModel& full,
+                                 Discretization discretization) noexcept;
+
 /// The certificate of `reduced` (its period, discretization and range of alpha) against `full`, of
-/// whose impulse response all modes count. Throws Error if the reduced transition matrix cannot be
-/// diagonalised well. Allocates about 16 bytes x nodes x horizon.
+/// whose impulse response all modes count. Throws Error if why_uncertified() has a reason or the
+/// reduced transition matrix cannot be diagonalised well. Allocates about 16 bytes x nodes x
+/// horizon.
 ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full,
                          const CertificateSettings& settings = {});
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/mor/resolvent_basis.hpp"
 
 namespace photocoag {
 namespace {
@@ -103,8 +104,27 @@ class Snapshots {
 
 }  // namespace
 
+ImpulseSpace diagonalised(const BasisProducts& basis) {
+  // Orthonormal by the Cholesky factor of the basis' own Gram matrix (never applied to the long
+  // vectors).
+  const Eigen::LLT<MatrixXd> factor(basis.gram);
+  if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
+  const auto lower = factor.matrixL();
+  const MatrixXd half = lower.solve(basis.rates);
+  const MatrixXd projected = lower.solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
+  const MatrixXd rotation = diagonal.eigenvectors().transpose();
+  const MatrixXd orthonormal = factor.matrixU().solve(diagonal.eigenvectors());
+  return {diagonal.eigenvalues(), rotation * lower.solve(basis.source),
+          rotation * lower.solve(basis.peak),
+          [combine = basis.combine, orthonormal](const VectorXd& state) {
+            return combine(orthonormal * state);
+          }};
+}
+
 ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<double>& absorption_factors) {
+  if (!model.separable()) return diagonalised(resolvent_products(model, absorption_factors));
   const Snapshots snapshots(model, absorption_factors);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(snapshots.gram());
   const VectorXd& values = gram.eigenvalues();
@@ -139,20 +159,11 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
     source.col(j) = part.transpose() * beam;
     peak += model.peak_axial()[j] * (part.transpose() * peak_radial);
   }
-  // The Gram matrix squares the condition number, so the basis is orthonormal only roughly: make it
-  // so with the Cholesky factor of its own Gram matrix.
-  const Eigen::LLT<MatrixXd> factor(own_gram);
-  if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
-  const auto lower = factor.matrixL();
-  const MatrixXd half = lower.solve(rate_matrix);
-  const MatrixXd projected = lower.solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
-  const MatrixXd rotation = diagonal.eigenvectors().transpose();
-  const MatrixXd orthonormal = factor.matrixU().solve(diagonal.eigenvectors());
-  return {diagonal.eigenvalues(), rotation * lower.solve(source), rotation * lower.solve(peak),
-          [snapshots, combination = MatrixXd(coefficients * orthonormal)](const VectorXd& state) {
-            return MatrixXd(snapshots.radial() * snapshots.axial_factor(combination * state));
-          }};
+  // The Gram matrix squares the condition number, so the basis is orthonormal only roughly.
+  return diagonalised(
+      {own_gram, rate_matrix, source, peak, [snapshots, coefficients](const VectorXd& c) {
+         return MatrixXd(snapshots.radial() * snapshots.axial_factor(coefficients * c));
+       }});
 }
 
 }  // namespace photocoag

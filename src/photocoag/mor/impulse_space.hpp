@@ -27,9 +27,23 @@ struct ImpulseSpace {
   Eigen::Index size() const noexcept { return rates.size(); }
 };
 
-/// Snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced over [1e-6 s, 1
-/// s]. Directions with a Gram eigenvalue below 1e-13 of the largest are rounding and left out.
-/// Memory and time grow with the number of axial modes, not with n. Allocates.
+/// What a Galerkin projection needs of a basis V of full-order states.
+struct BasisProducts {
+  Eigen::MatrixXd gram;    ///< V' V: near the identity
+  Eigen::MatrixXd rates;   ///< V' (-A) V, 1/s
+  Eigen::MatrixXd source;  ///< V' (beam (x) .), size x axial modes
+  Eigen::VectorXd peak;    ///< C_peak V
+  /// V c, radial x axial modes.
+  std::function<Eigen::MatrixXd(const Eigen::VectorXd& c)> combine;
+};
+
+/// The space that V spans. Throws Error if the columns of V are dependent. Allocates.
+ImpulseSpace diagonalised(const BasisProducts& basis);
+
+/// Separable models: snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced
+/// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are rounding
+/// and left out; memory and time grow with the number of axial modes, not with n. Others:
+/// mor/resolvent_basis.hpp. Allocates.
 ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<double>& absorption_factors);
 

@@ -34,7 +34,9 @@ std::vector<double> on_off_power(double duration, double period, double mean_dwe
                                  std::uint64_t seed);
 
 /// The full-order model's outputs for the validation powers and alphas: made once, any number of
-/// reduced models of the same period and discretization measured against it.
+/// reduced models of the same period and discretization measured against it. The full-order model
+/// is stepped once per signal if it is separable (its state does not depend on alpha), else once
+/// per source of a handful that span those of all alphas.
 struct ValidationRun {
   std::vector<double> absorption_factors;
   double duration = 0.0;    ///< s
@@ -52,8 +54,7 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
 ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run);
 
 /// Largest error of each output over the run relative to its own largest value, for each alpha the
-/// worse of both signals. Steps the full-order model once per signal (its state does not depend on
-/// alpha).
+/// worse of both signals.
 ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
                           const ValidationSettings& settings = {}, const Progress& progress = {});
 
@@ -68,8 +69,8 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
                            Discretization discretization, Eigen::MatrixXd* trial = nullptr);
 
 /// The reduced model of `full` for one control period, verified (rom/reduced_model.hpp), its error
-/// measured and certified (mor/certificate.hpp). Deterministic: the same arguments give the same
-/// bits. Throws Error if the result cannot be trusted.
+/// measured and, where that can be done, certified (mor/certificate.hpp). Deterministic: the same
+/// arguments give the same bits. Throws Error if the result cannot be trusted.
 ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionSettings& settings,
                     double period, Discretization discretization, const Progress& progress = {});
 

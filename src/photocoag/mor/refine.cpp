@@ -50,22 +50,44 @@ double time_weight(double time) {
                   fraction * kHalfDecadeWeight[below + 1]);
 }
 
-// Response of x' = -rate x + u at the end of period k to u = 1 during period 1, and its derivative
-// with respect to log(rate).
+// What one period leaves of x' = -rate x: a(x), x = rate * period, 1 - a, and a' x.
+struct Decay {
+  double value;
+  double loss;
+  double slope;
+};
+
+Decay decay_of(double x, Discretization how) {
+  switch (how) {
+    case Discretization::kImplicitEuler: {
+      const double value = 1.0 / (1.0 + x);
+      return {value, x * value, -x * value * value};
+    }
+    case Discretization::kTrBdf2: {
+      const double stage = 1.0 / (1.0 + TrBdf2::kShift * x);
+      const double stage_slope = -TrBdf2::kShift * x * stage * stage;
+      return {TrBdf2::decay(x), x * TrBdf2::gain(x),
+              stage_slope * (2.0 * TrBdf2::kMix * stage + 1.0 - TrBdf2::kMix)};
+    }
+    case Discretization::kZeroOrderHold:
+      break;
+  }
+  return {std::exp(-x), -std::expm1(-x), -x * std::exp(-x)};
+}
+
+// Response of x' = -rate x + u at the end of period k to u = 1 during period 1, (1 - a) / rate
+// a^(k-1) for every scheme that keeps steady states, and its derivative with respect to log(rate).
 struct Pulse {
   double value;
   double slope;
 };
 
 Pulse pulse(double rate, double period, Discretization how, double k) {
-  const double x = rate * period;
-  if (how == Discretization::kImplicitEuler) {
-    const double value = period * std::pow(1.0 + x, -k);
-    return {value, -k * x / (1.0 + x) * value};
-  }
-  const double decay = std::exp(-x * (k - 1.0));
-  const double first = -std::expm1(-x) / rate;
-  return {first * decay, decay * (period * std::exp(-x) - first * (1.0 + x * (k - 1.0)))};
+  const Decay a = decay_of(rate * period, how);
+  const double before = k > 1.0 ? std::pow(a.value, k - 2.0) : 0.0;  // a^(k-2)
+  const double left = k > 1.0 ? before * a.value : 1.0;              // a^(k-1)
+  const double gain = a.loss / rate;
+  return {gain * left, -(a.slope / rate + gain) * left + gain * (k - 1.0) * before * a.slope};
 }
 
 // What is fitted: pulse responses of both outputs at the training alphas, each divided by its

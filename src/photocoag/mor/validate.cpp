@@ -5,9 +5,12 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/reduce.hpp"
+#include "photocoag/mor/resolvent_basis.hpp"
 
 namespace photocoag {
 namespace {
+
+constexpr double kNegligibleDecay = 1e-12;  // as ModalStepper's
 
 // Largest absolute error and largest absolute value of one output for one alpha.
 struct Extreme {
@@ -20,6 +23,91 @@ struct Extreme {
   }
   double relative() const { return value > 0.0 ? error / value : 0.0; }
 };
+
+// One run of the state serves all powers and alphas where the state does not depend on alpha.
+void run_separable(const std::shared_ptr<const FullOrderModel>& full, Discretization discretization,
+                   double period, ValidationRun& run, const Progress& progress) {
+  std::vector<OutputWeights> weights;
+  for (const double alpha : run.absorption_factors) weights.push_back(full->output_weights(alpha));
+  ModalStepper stepper(full, discretization, period);
+  for (std::size_t s = 0; s < run.powers.size(); ++s) {
+    const std::vector<double>& powers = run.powers[s];
+    stepper.reset();
+    for (std::size_t k = 0; k < powers.size(); ++k) {
+      stepper.step(powers[k]);
+      for (const OutputWeights& alpha : weights) run.outputs[s].push_back(stepper.outputs(alpha));
+      if (progress && k % 50 == 0) {
+        const double part = static_cast<double>(k) / static_cast<double>(powers.size());
+        progress("measuring its error",
+                 (static_cast<double>(s) + part) / static_cast<double>(run.powers.size()));
+      }
+    }
+  }
+}
+
+// Step responses to 1 W: period by period, every alpha in turn. Everything is linear in the source,
+// and a handful of sources span those of all alphas: one run for each. After one period of power
+// the tissue only cools, which gets cheaper from step to step (LayeredStepper); the step response
+// is the sum of the pulse response so far.
+std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrderModel>& full,
+                                            Discretization discretization, double period,
+                                            const std::vector<double>& alphas, std::size_t steps,
+                                            const Progress& progress) {
+  const Eigen::MatrixXd basis = source_basis(*full, alphas);
+  const auto count = static_cast<Eigen::Index>(alphas.size());
+  Eigen::MatrixXd share(basis.cols(), count);
+  Eigen::MatrixXd weight(basis.rows(), count);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    weight.col(a) = full->axial_source(alphas[static_cast<std::size_t>(a)]);
+    share.col(a) = basis.transpose() * weight.col(a);
+    weight.col(a) /= full->volume_norm(alphas[static_cast<std::size_t>(a)]);
+  }
+  std::vector<Outputs> responses(steps * alphas.size());
+  for (Eigen::Index source = 0; source < basis.cols(); ++source) {
+    LayeredStepper stepper(full, discretization, period, basis.col(source), kNegligibleDecay);
+    for (std::size_t k = 0; k < steps; ++k) {
+      stepper.step(k == 0 ? 1.0 : 0.0);
+      const Eigen::VectorXd volume = weight.transpose() * stepper.spot_profile();
+      for (Eigen::Index a = 0; a < count; ++a) {
+        Outputs& sum = responses[k * alphas.size() + static_cast<std::size_t>(a)];
+        sum.volume += share(source, a) * volume[a];
+        sum.peak += share(source, a) * stepper.outputs().peak;
+      }
+    }
+    if (progress) {
+      progress("measuring its error",
+               static_cast<double>(source + 1) / static_cast<double>(basis.cols()));
+    }
+  }
+  for (std::size_t i = alphas.size(); i < responses.size(); ++i) {
+    responses[i].volume += responses[i - alphas.size()].volume;
+    responses[i].peak += responses[i - alphas.size()].peak;
+  }
+  return responses;
+}
+
+// A step of power for every change of power.
+void run_layered(const std::shared_ptr<const FullOrderModel>& full, Discretization discretization,
+                 double period, ValidationRun& run, const Progress& progress) {
+  const std::size_t count = run.absorption_factors.size();
+  std::size_t steps = 0;
+  for (const std::vector<double>& powers : run.powers) steps = std::max(steps, powers.size());
+  const std::vector<Outputs> responses =
+      layered_step_responses(full, discretization, period, run.absorption_factors, steps, progress);
+  for (std::size_t s = 0; s < run.powers.size(); ++s) {
+    const std::vector<double>& powers = run.powers[s];
+    std::vector<Outputs>& outputs = run.outputs[s];
+    outputs.assign(powers.size() * count, Outputs{});
+    for (std::size_t start = 0; start < powers.size(); ++start) {
+      const double change = powers[start] - (start == 0 ? 0.0 : powers[start - 1]);
+      if (change == 0.0) continue;
+      for (std::size_t i = start * count; i < outputs.size(); ++i) {
+        outputs[i].volume += change * responses[i - start * count].volume;
+        outputs[i].peak += change * responses[i - start * count].peak;
+      }
+    }
+  }
+}
 
 std::vector<double> default_alphas() {
   constexpr int kCount = 29;
@@ -53,26 +141,15 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
   run.duration = settings.duration;
   run.mean_dwell = settings.mean_dwell;
   run.seed = settings.seed;
-  std::vector<OutputWeights> weights;
-  for (const double alpha : run.absorption_factors) weights.push_back(full->output_weights(alpha));
   const auto steps =
       static_cast<std::size_t>(std::max(1.0, std::round(settings.duration / period)));
   run.powers = {std::vector<double>(steps, 1.0),
                 on_off_power(settings.duration, period, settings.mean_dwell, settings.seed)};
-  ModalStepper stepper(full, discretization, period);
-  for (std::size_t s = 0; s < run.powers.size(); ++s) {
-    std::vector<Outputs>& outputs = run.outputs.emplace_back();
-    outputs.reserve(run.powers[s].size() * weights.size());
-    stepper.reset();
-    for (std::size_t k = 0; k < run.powers[s].size(); ++k) {
-      stepper.step(run.powers[s][k]);
-      for (const OutputWeights& alpha : weights) outputs.push_back(stepper.outputs(alpha));
-      if (progress && k % 50 == 0) {
-        progress(
-            "measuring its error",
-            (static_cast<double>(s) + static_cast<double>(k) / static_cast<double>(steps)) / 2.0);
-      }
-    }
+  run.outputs.resize(run.powers.size());
+  if (full->separable()) {
+    run_separable(full, discretization, period, run, progress);
+  } else {
+    run_layered(full, discretization, period, run, progress);
   }
   return run;
 }

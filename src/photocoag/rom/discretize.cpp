@@ -12,6 +12,12 @@ DiscretePair discretize(const Eigen::MatrixXd& A, double period, Discretization 
     const Eigen::MatrixXd inverse = (identity - period * A).partialPivLu().inverse();
     return {inverse, period * inverse};
   }
+  if (how == Discretization::kTrBdf2) {
+    const double shift = TrBdf2::kShift * period;
+    const Eigen::MatrixXd stage = (identity - shift * A).partialPivLu().inverse();
+    const Eigen::MatrixXd mean = TrBdf2::kMix * stage + (1.0 - TrBdf2::kMix) * identity;
+    return {stage * mean, shift * (stage * (TrBdf2::kMix * stage + identity))};
+  }
   Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);
   block.topLeftCorner(n, n) = period * A;
   block.topRightCorner(n, n) = period * identity;

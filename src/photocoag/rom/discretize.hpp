@@ -15,7 +15,8 @@ struct DiscretePair {
 };
 
 /// Zero-order hold: e^(Ah) and int_0^h e^(As) ds, from one exponential of [[A, I], [0, 0]] h, so
-/// that a singular A is no special case. Implicit Euler: (I - hA)^-1 and h (I - hA)^-1. Allocates.
+/// that a singular A is no special case. Implicit Euler: (I - hA)^-1 and h (I - hA)^-1. TR-BDF2:
+/// core/discretization.hpp. Allocates.
 DiscretePair discretize(const Eigen::MatrixXd& A, double period, Discretization how);
 
 }  // namespace photocoag

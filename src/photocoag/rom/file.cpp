@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <cmath>
+#include <optional>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -33,21 +34,45 @@ Json vector_to_json(const StateVector& vector) {
 Json tissue_to_json(const Tissue& tissue) {
   Json layers = Json::array();
   for (const Layer& layer : tissue.layers) {
-    layers.push_back({{"name", layer.name},
-                      {"thickness_m", layer.thickness},
-                      {"absorption_per_m", layer.absorption},
-                      {"scaled_by_alpha", layer.scaled_by_alpha}});
+    Json json = {{"name", layer.name},
+                 {"thickness_m", layer.thickness},
+                 {"absorption_per_m", layer.absorption},
+                 {"scaled_by_alpha", layer.scaled_by_alpha}};
+    if (layer.conductivity) json["conductivity_W_per_mK"] = *layer.conductivity;
+    if (layer.density) json["density_kg_per_m3"] = *layer.density;
+    if (layer.heat_capacity) json["heat_capacity_J_per_kgK"] = *layer.heat_capacity;
+    if (layer.perfusion != 0.0) json["perfusion_W_per_m3K"] = layer.perfusion;
+    layers.push_back(std::move(json));
   }
-  return {{"ambient_C", tissue.ambient_celsius},
-          {"domain_radius_m", tissue.domain_radius},
-          {"spot_radius_m", tissue.spot_radius},
-          {"transmission", tissue.transmission},
-          {"density_kg_per_m3", tissue.density},
-          {"heat_capacity_J_per_kgK", tissue.heat_capacity},
-          {"conductivity_W_per_mK", tissue.conductivity},
-          {"volume_temperature", to_string(tissue.volume_temperature)},
-          {"peak_layer", tissue.peak_layer},
-          {"layers", layers}};
+  Json json = {{"ambient_C", tissue.ambient_celsius},
+               {"domain_radius_m", tissue.domain_radius},
+               {"spot_radius_m", tissue.spot_radius},
+               {"transmission", tissue.transmission},
+               {"density_kg_per_m3", tissue.density},
+               {"heat_capacity_J_per_kgK", tissue.heat_capacity},
+               {"conductivity_W_per_mK", tissue.conductivity},
+               {"volume_temperature", to_string(tissue.volume_temperature)},
+               {"peak_layer", tissue.peak_layer},
+               {"layers", layers}};
+  if (tissue.beam != BeamProfile::kFlatTop) json["beam"] = to_string(tissue.beam);
+  if (tissue.beam == BeamProfile::kTable) {
+    json["beam_radii_m"] = tissue.beam_radii;
+    json["beam_intensities"] = tissue.beam_intensities;
+  }
+  return json;
+}
+
+// The flat top is not written.
+void read_beam(const JsonReader& json, Tissue& tissue) {
+  if (!json.has("beam")) return;
+  const std::string beam = json["beam"].text();
+  for (const auto profile : {BeamProfile::kFlatTop, BeamProfile::kGaussian, BeamProfile::kTable}) {
+    if (beam == to_string(profile)) tissue.beam = profile;
+  }
+  json["beam"].expect(beam == to_string(tissue.beam), "\"flat-top\", \"gaussian\" or \"table\"");
+  if (tissue.beam != BeamProfile::kTable) return;
+  tissue.beam_radii = json["beam_radii_m"].numbers(kMaxBeamEntries);
+  tissue.beam_intensities = json["beam_intensities"].numbers(kMaxBeamEntries);
 }
 
 Tissue read_tissue(const JsonReader& json) {
@@ -55,6 +80,7 @@ Tissue read_tissue(const JsonReader& json) {
   tissue.ambient_celsius = json["ambient_C"].number();
   tissue.domain_radius = json["domain_radius_m"].number();
   tissue.spot_radius = json["spot_radius_m"].number();
+  read_beam(json, tissue);
   tissue.transmission = json["transmission"].number();
   tissue.density = json["density_kg_per_m3"].number();
   tissue.heat_capacity = json["heat_capacity_J_per_kgK"].number();
@@ -68,25 +94,35 @@ Tissue read_tissue(const JsonReader& json) {
   tissue.peak_layer = json["peak_layer"].text();
   tissue.layers.clear();
   for (const JsonReader& layer : json["layers"].list(32)) {
-    tissue.layers.push_back({layer["name"].text(), layer["thickness_m"].number(),
-                             layer["absorption_per_m"].number(),
-                             layer["scaled_by_alpha"].boolean()});
+    const auto optional = [&layer](const std::string& key) {
+      return layer.has(key) ? std::optional<double>(layer[key].number()) : std::nullopt;
+    };
+    tissue.layers.push_back({.name = layer["name"].text(),
+                             .thickness = layer["thickness_m"].number(),
+                             .absorption = layer["absorption_per_m"].number(),
+                             .scaled_by_alpha = layer["scaled_by_alpha"].boolean(),
+                             .conductivity = optional("conductivity_W_per_mK"),
+                             .density = optional("density_kg_per_m3"),
+                             .heat_capacity = optional("heat_capacity_J_per_kgK"),
+                             .perfusion = optional("perfusion_W_per_m3K").value_or(0.0)});
   }
   return tissue;
 }
 
 Discretization read_discretization(const JsonReader& json) {
   const std::string text = json.text();
-  for (const auto how : {Discretization::kZeroOrderHold, Discretization::kImplicitEuler}) {
+  for (const auto how : kDiscretizations) {
     if (text == to_string(how)) return how;
   }
-  json.expect(false, "\"zero-order-hold\" or \"implicit-euler\"");
+  json.expect(false, "\"zero-order-hold\", \"implicit-euler\" or \"tr-bdf2\"");
   return Discretization::kZeroOrderHold;
 }
 
 ReducedModel read_model(const JsonReader& json) {
   ReducedModel model;
   model.method = json["method"].text();
+  // Files made before there was any do not name it.
+  if (json.has("refinement")) model.refinement = json["refinement"].text();
   const std::vector<JsonReader> parameters = json["parameters"].list(1);
   json["parameters"].expect(parameters.size() == 1, "one parameter, \"alpha\"");
   const JsonReader& range = parameters[0];
@@ -172,6 +208,7 @@ std::string to_json(const ReducedModel& model) {
       {"notice", kResearchNotice},
       {"program", {{"version", version()}, {"source_hash", source_hash()}}},
       {"method", model.method},
+      {"refinement", model.refinement},
       {"order", model.order()},
       {"parameters",
        Json::array(

@@ -67,6 +67,7 @@ struct ReducedModel {
   double absorption_min = 0.3;  ///< the range of alpha in which the error was measured
   double absorption_max = 1.7;
   std::string method;                ///< e.g. "pod-deim"
+  std::string refinement = "none";   ///< e.g. "output-error"
   std::string parameter_dependence;  ///< e.g. "deim"
   Tissue tissue;
   std::size_t full_order_states = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "photocoag/core/files.hpp"
+#include "photocoag/fom/layered_stepper.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/reconstruct.hpp"
 
@@ -53,6 +54,12 @@ std::vector<TemperatureField> temperature_fields(const std::shared_ptr<const Ful
   const double period = config.control.period;
   const double alpha = config.plant.absorption_factor;
   const Discretization how = config.plant.discretization;
+  if (model == FieldModel::kFull && !full->separable()) {
+    LayeredStepper stepper(full, how, period, alpha);
+    return collect(
+        *full, period, powers, after, [&](double power) { stepper.step(power); },
+        [&] { return stepper.temperatures(); });
+  }
   if (model == FieldModel::kFull) {
     ModalStepper stepper(full, how, period);
     return collect(

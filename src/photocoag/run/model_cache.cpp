@@ -28,9 +28,17 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
                   to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
                   tissue.spot_radius, tissue.transmission, tissue.density, tissue.heat_capacity,
                   tissue.conductivity, to_string(tissue.volume_temperature), tissue.peak_layer);
+  text += fmt::format(" {}", to_string(tissue.beam));
+  for (std::size_t i = 0; i < tissue.beam_radii.size(); ++i) {
+    text += fmt::format(" {:a} {:a}", tissue.beam_radii[i], tissue.beam_intensities[i]);
+  }
+  const auto optional = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:a}", *value) : std::string("-");
+  };
   for (const Layer& layer : tissue.layers) {
-    text += fmt::format("\n{} {:a} {:a} {}", layer.name, layer.thickness, layer.absorption,
-                        layer.scaled_by_alpha);
+    text += fmt::format("\n{} {:a} {:a} {} {} {} {} {:a}", layer.name, layer.thickness,
+                        layer.absorption, layer.scaled_by_alpha, optional(layer.conductivity),
+                        optional(layer.density), optional(layer.heat_capacity), layer.perfusion);
   }
   return sha256_hex(text).substr(0, 32);
 }
@@ -54,6 +62,23 @@ void write_cached(const std::string& path, const ReducedModel& model) {
   }
 }
 
+std::string thermal_difference(const Layer& config, const Layer& model) {
+  const std::pair<std::string_view, std::optional<double> Layer::*> numbers[] = {
+      {"conductivity_W_per_mK", &Layer::conductivity},
+      {"density_kg_per_m3", &Layer::density},
+      {"heat_capacity_J_per_kgK", &Layer::heat_capacity}};
+  const auto shown = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.10g}", *value) : std::string("the tissue's");
+  };
+  for (const auto& [key, member] : numbers) {
+    if (config.*member == model.*member) continue;
+    return fmt::format("{} = {}, model with {}", key, shown(config.*member), shown(model.*member));
+  }
+  if (config.perfusion == model.perfusion) return {};
+  return fmt::format("perfusion_W_per_m3K = {:.10g}, model with {:.10g}", config.perfusion,
+                     model.perfusion);
+}
+
 // The first key of [tissue] in which a configuration and a model disagree.
 std::string first_difference(const Tissue& config, const Tissue& model) {
   const auto differ = [](std::string_view key, double in_config, double in_model) {
@@ -74,6 +99,12 @@ std::string first_difference(const Tissue& config, const Tissue& model) {
     return fmt::format("volume_temperature = \"{}\", model with \"{}\"",
                        to_string(config.volume_temperature), to_string(model.volume_temperature));
   }
+  if (config.beam != model.beam) {
+    return fmt::format("beam = \"{}\", model with \"{}\"", to_string(config.beam),
+                       to_string(model.beam));
+  }
+  if (config.beam_radii != model.beam_radii) return "other values of beam_radius_um";
+  if (config.beam_intensities != model.beam_intensities) return "other values of beam_intensity";
   for (std::size_t i = 0; i < std::min(config.layers.size(), model.layers.size()); ++i) {
     const Layer& mine = config.layers[i];
     const Layer& theirs = model.layers[i];
@@ -86,6 +117,8 @@ std::string first_difference(const Tissue& config, const Tissue& model) {
     if (mine.absorption != theirs.absorption) {
       return differ(mine.name + " absorption_per_m", mine.absorption, theirs.absorption);
     }
+    const std::string thermal = thermal_difference(mine, theirs);
+    if (!thermal.empty()) return mine.name + " " + thermal;
   }
   return "other layers or another peak_layer";
 }

@@ -12,6 +12,34 @@ std::string_view to_string(VolumeTemperature value) noexcept {
   return value == VolumeTemperature::kAbsorptionWeighted ? "absorption-weighted" : "normalized";
 }
 
+std::string_view to_string(BeamProfile value) noexcept {
+  switch (value) {
+    case BeamProfile::kFlatTop:
+      return "flat-top";
+    case BeamProfile::kGaussian:
+      return "gaussian";
+    case BeamProfile::kTable:
+      return "table";
+  }
+  return "";
+}
+
+ThermalData Tissue::thermal(const Layer& layer) const noexcept {
+  return {.conductivity = layer.conductivity.value_or(conductivity),
+          .volumetric_heat_capacity =
+              layer.density.value_or(density) * layer.heat_capacity.value_or(heat_capacity),
+          .perfusion = layer.perfusion};
+}
+
+bool Tissue::uniform_conduction() const noexcept {
+  return std::all_of(layers.begin(), layers.end(), [this](const Layer& layer) {
+    const ThermalData first = thermal(layers.front());
+    const ThermalData own = thermal(layer);
+    return own.conductivity == first.conductivity &&
+           own.volumetric_heat_capacity == first.volumetric_heat_capacity;
+  });
+}
+
 double Tissue::depth() const noexcept {
   double sum = 0.0;
   for (const Layer& layer : layers) sum += layer.thickness;
@@ -30,6 +58,49 @@ double Tissue::peak_depth() const {
   return 0.0;
 }
 
+namespace {
+
+void validate_thermal(const Layer& layer, const std::string& name) {
+  if (layer.conductivity)
+    require_positive(*layer.conductivity, 1e3, name + ".conductivity_W_per_mK");
+  if (layer.density) require_positive(*layer.density, 1e5, name + ".density_kg_per_m3");
+  if (layer.heat_capacity) {
+    require_positive(*layer.heat_capacity, 1e5, name + ".heat_capacity_J_per_kgK");
+  }
+  require_between(layer.perfusion, 0.0, 1e8, name + ".perfusion_W_per_m3K");
+}
+
+void validate_beam(const Tissue& tissue, std::string_view prefix) {
+  const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
+  const std::vector<double>& radii = tissue.beam_radii;
+  const std::vector<double>& values = tissue.beam_intensities;
+  const auto count = [](const std::vector<double>& list) {
+    return fmt::format("{} numbers", list.size());
+  };
+  const bool table = tissue.beam == BeamProfile::kTable;
+  require(table ? radii.size() >= 2 && radii.size() <= kMaxBeamEntries : radii.empty(),
+          key("beam_radius_um"), count(radii),
+          table ? fmt::format("2 to {} radii for {} = \"table\"", kMaxBeamEntries, key("beam"))
+                : fmt::format("radii for {} = \"table\" only", key("beam")));
+  require(values.size() == radii.size(), key("beam_intensity"), count(values),
+          fmt::format("as many as in {}: {}", key("beam_radius_um"), radii.size()));
+  bool light = false;
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    const double before = i == 0 ? 0.0 : radii[i - 1];
+    const bool ascending = i == 0 ? radii[i] >= 0.0 : radii[i] > before;
+    require(ascending && radii[i] <= tissue.domain_radius, key("beam_radius_um"), radii[i] * 1e6,
+            fmt::format("ascending radii from 0 to {} = {} um", key("domain_radius_um"),
+                        tissue.domain_radius * 1e6));
+    require(values[i] >= 0.0 && values[i] <= 1e6, key("beam_intensity"), values[i],
+            "numbers from 0 to 1e6");
+    light = light || values[i] > 0.0;
+  }
+  require(!table || light, key("beam_intensity"), std::string_view("no light"),
+          "at least one number above 0");
+}
+
+}  // namespace
+
 void Tissue::validate(std::string_view prefix) const {
   const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
   // Lengths are checked in micrometres, as they stand in the configuration.
@@ -38,6 +109,7 @@ void Tissue::validate(std::string_view prefix) const {
   require_between(domain_radius * 1e6, 1.0, 20000.0, key("domain_radius_um"));
   require(domain_radius >= 2.0 * spot_radius, key("domain_radius_um"), domain_radius * 1e6,
           fmt::format("at least twice {} = {} um", key("spot_radius_um"), spot_radius * 1e6));
+  validate_beam(*this, prefix);
   require_positive(transmission, 1.0, key("transmission"));
   require_positive(density, 1e5, key("density_kg_per_m3"));
   require_positive(heat_capacity, 1e5, key("heat_capacity_J_per_kgK"));
@@ -53,6 +125,7 @@ void Tissue::validate(std::string_view prefix) const {
     require(names.insert(layer.name).second, key("layers"), layer.name, "each name once");
     require_positive(layer.thickness * 1e6, 20000.0, name + ".thickness_um");
     require_between(layer.absorption, 0.0, 1e7, name + ".absorption_per_m");
+    validate_thermal(layer, name);
     scaled = scaled || (layer.scaled_by_alpha && layer.absorption > 0.0);
   }
   require(scaled, key("layers"), std::string_view("no absorbing layer with scaled_by = \"alpha\""),

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,9 +17,30 @@ struct Layer {
   double thickness = 0.0;        ///< m, above 0, at most 0.02
   double absorption = 0.0;       ///< 1/m, from 0 to 1e7; the reference value if scaled_by_alpha
   bool scaled_by_alpha = false;  ///< mu = alpha * absorption instead of mu = absorption
+  std::optional<double> conductivity = {};   ///< W/(m K), else the tissue's
+  std::optional<double> density = {};        ///< kg/m3, else the tissue's
+  std::optional<double> heat_capacity = {};  ///< J/(kg K), else the tissue's
+  double perfusion = 0.0;  ///< W/(m3 K), from 0 to 1e8; w_b rho_b c_b: blood at ambient carries
+                           ///< away perfusion * temperature rise per volume (Pennes 1948)
 
   bool operator==(const Layer&) const = default;
 };
+
+/// A layer's thermal data with the tissue's values where it has none of its own.
+struct ThermalData {
+  double conductivity = 0.0;              ///< W/(m K)
+  double volumetric_heat_capacity = 0.0;  ///< rho C_p, J/(m3 K)
+  double perfusion = 0.0;                 ///< W/(m3 K)
+};
+
+/// The beam's irradiance over the radius; always normalised to the whole power (tissue/beam.hpp).
+enum class BeamProfile {
+  kFlatTop,   ///< the paper's: constant inside the spot radius
+  kGaussian,  ///< exp(-2 r^2 / spot_radius^2)
+  kTable,     ///< linear between the entries of beam_radii, beam_intensities; 0 beyond the last
+};
+
+std::string_view to_string(BeamProfile value) noexcept;
 
 /// Which mean over depth and spot is called "volume temperature".
 enum class VolumeTemperature {
@@ -29,11 +51,17 @@ enum class VolumeTemperature {
 
 std::string_view to_string(VolumeTemperature value) noexcept;
 
+inline constexpr std::size_t kMaxBeamEntries = 256;
+
 /// Tissue, beam and thermal data. Defaults: see docs/equations.md for the source of each.
 struct Tissue {
   double ambient_celsius = 22.0;  ///< deg C, -10 to 60: absolute temperature = ambient + rise
   double domain_radius = 2.0e-3;  ///< m; R, zero temperature rise there; above the spot radius
-  double spot_radius = 100.0e-6;  ///< m; R_I, flat-top beam
+  double spot_radius = 100.0e-6;  ///< m; R_I of the flat top, 1/e2 radius of the Gaussian; the grid
+                                  ///< is finest there
+  BeamProfile beam = BeamProfile::kFlatTop;
+  std::vector<double> beam_radii;        ///< m, ascending from 0 or more; for kTable, else empty
+  std::vector<double> beam_intensities;  ///< relative, one per radius
   double transmission = 1.0;      ///< power at the fundus / commanded power, above 0, at most 1
   double density = 993.0;         ///< kg/m3
   double heat_capacity = 4176.0;  ///< J/(kg K)
@@ -46,9 +74,12 @@ struct Tissue {
       {"sclera", 700.0e-6, 0.0, false},
   };
 
-  /// rho C_p, J/(m3 K)
+  /// rho C_p of layers without data of their own, J/(m3 K)
   double volumetric_heat_capacity() const noexcept { return density * heat_capacity; }
-  /// a = k / (rho C_p), m2/s
+  ThermalData thermal(const Layer& layer) const noexcept;
+  /// True if all layers conduct and store heat alike; perfusion may differ.
+  bool uniform_conduction() const noexcept;
+  /// a = k / (rho C_p) of layers without data of their own, m2/s
   double diffusivity() const noexcept { return conductivity / volumetric_heat_capacity(); }
   /// Sum of all thicknesses, m.
   double depth() const noexcept;
