@@ -19,6 +19,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/fom/layered_stepper.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "samples.hpp"
@@ -155,6 +156,68 @@ Json compare_steps(const std::shared_ptr<const FullOrderModel>& full, const Spar
           {"rows", rows}};
 }
 
+// ---- layered tissue -------------------------------------------------------------------------
+
+// Conductivity, heat capacity and perfusion of their own in some layers.
+Tissue layered_tissue() {
+  Tissue tissue;
+  tissue.layers[0].conductivity = 0.57;
+  tissue.layers[3].conductivity = 0.53;
+  tissue.layers[3].heat_capacity = 3840.0;
+  tissue.layers[3].perfusion = 2e5;
+  tissue.layers[4].conductivity = 0.58;
+  return tissue;
+}
+
+Json compare_layered_steps() {
+  constexpr double kPeriod = 1e-3;
+  constexpr int kChecked = 25;
+  constexpr int kRounds = 100;
+  const auto full =
+      std::make_shared<const FullOrderModel>(layered_tissue(), GridSettings{.min_cells = kCells});
+  const SparseSystem system = assemble_sparse_system(*full);
+  const Eigen::VectorXd input = input_of_cells(*full, kAlpha);
+  Alternative solve =
+      alternative<EigenCholesky>("Eigen SimplicialLDLT", implicit_euler_matrix(system, kPeriod));
+  LayeredStepper euler(full, Discretization::kImplicitEuler, kPeriod, kAlpha);
+  LayeredStepper second(full, Discretization::kTrBdf2, kPeriod, kAlpha);
+  LayeredStepper exact(full, Discretization::kZeroOrderHold, kPeriod, kAlpha);
+  Eigen::VectorXd temperatures = Eigen::VectorXd::Zero(input.size());
+  for (int k = 0; k < kChecked; ++k) {
+    euler.step(power_of(k));
+    solve.solve(system.E.cwiseProduct(temperatures + kPeriod * power_of(k) * input), temperatures);
+  }
+  const Eigen::VectorXd own = euler.temperatures().reshaped();
+  solve.difference = (temperatures - own).cwiseAbs().maxCoeff() / own.cwiseAbs().maxCoeff();
+  Samples euler_samples;
+  Samples second_samples;
+  Samples exact_samples;
+  Eigen::VectorXd solution;
+  for (int round = 0; round < kRounds; ++round) {
+    solve.samples.time([&] { solve.solve(temperatures, solution); });
+    for (int k = 0; k < 5; ++k) {
+      euler_samples.time([&] { euler.step(power_of(round + k)); });
+      second_samples.time([&] { second.step(power_of(round + k)); });
+      exact_samples.time([&] { exact.step(power_of(round + k)); });
+    }
+  }
+  fmt::print(stderr, "\nOne step of 1 ms, layers and perfusion, {} states, us\n", full->states());
+  print_row("ours, implicit Euler", euler_samples, "");
+  print_row("ours, TR-BDF2", second_samples, "");
+  print_row("ours, zero-order hold", exact_samples, "");
+  print_row("solve, " + solve.name, solve.samples,
+            fmt::format("{:.0f} times ours; temperatures differ by {:.1e}",
+                        solve.samples.median() / euler_samples.median(), solve.difference));
+  Json row = solve.samples.json("one solve, " + solve.name);
+  row["ratio_to_implicit_euler"] = solve.samples.median() / euler_samples.median();
+  row["difference_of_temperatures"] = solve.difference;
+  return {{"period_ms", kPeriod * 1e3},
+          {"states", full->states()},
+          {"rows", Json::array({euler_samples.json("ours, implicit Euler"),
+                                second_samples.json("ours, TR-BDF2"),
+                                exact_samples.json("ours, zero-order hold"), row})}};
+}
+
 // ---- growth with n --------------------------------------------------------------------------
 
 struct Size {
@@ -258,6 +321,7 @@ int run(std::span<char*> arguments) {
   for (const double period : {1e-3, 1e-4}) {
     json["steps"].push_back(compare_steps(full, system, period));
   }
+  json["layered"] = compare_layered_steps();
   if (json_file == "-") {
     fmt::print("{}\n", json.dump(2));
   } else if (!json_file.empty()) {
