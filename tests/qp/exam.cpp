@@ -65,7 +65,8 @@ std::string judge(const Case& c, QpStatus returned, const QpSolution& s, const T
       (c.expected == Expected::kSolved && solved) ||
       (c.expected == Expected::kInfeasible && infeasible) ||
       (c.expected == Expected::kEither && (solved || infeasible)) ||
-      (c.expected == Expected::kFailure && returned == QpStatus::kNumericalFailure);
+      (c.expected == Expected::kFailure &&
+       (returned == QpStatus::kNumericalFailure || returned == QpStatus::kKktFailed));
   if (!status_ok) say("status ", to_string(returned), ", expected ", int(c.expected));
   if (!solved || c.expected == Expected::kFailure) return complaint.str();
 

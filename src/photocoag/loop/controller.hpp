@@ -37,11 +37,13 @@ struct Decision {
   bool limit_active = false;
 };
 
-class Controller {
+/// `Mpc` is constructed from (model, control).
+template <PredictiveController Mpc>
+class BasicController {
  public:
   /// Throws Error on bad settings or a model for another period.
-  Controller(const ReducedModel& model, const ControlSettings& control,
-             const EstimatorSettings& estimator)
+  BasicController(const ReducedModel& model, const ControlSettings& control,
+                  const EstimatorSettings& estimator)
       : filter_(model, estimator), mpc_(model, control), power_max_(control.power_max) {}
 
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
@@ -88,10 +90,13 @@ class Controller {
 
  private:
   ExtendedKalmanFilter filter_;
-  ModelPredictiveController<DenseSolver> mpc_;
+  Mpc mpc_;
   double power_max_;
   double previous_power_ = 0.0;
   long long cycle_ = 0;
 };
+
+/// The default: the exact solver.
+using Controller = BasicController<ModelPredictiveController<DenseSolver>>;
 
 }  // namespace photocoag

@@ -8,14 +8,10 @@
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
-namespace {
 
-// R0(n + k) of the paper.
 double state_weight(StateWeight kind, long long stage) noexcept {
   return kind == StateWeight::kDelayed && stage >= 1 && stage <= 3 ? 0.0 : 1.0;
 }
-
-}  // namespace
 
 OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
                                              const ControlSettings& settings)
@@ -40,21 +36,19 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
   free_.setZero(inputs());
   impulse_.setZero(inputs());
   least_.setZero(inputs());
+  limit_.setZero(inputs());
 }
 
 double OptimalControlProblem::steady_power(const StateVector& input) const noexcept {
   return settings_.peak_reference / steady_row_.dot(input);
 }
 
-void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+void OptimalControlProblem::respond(const OcpData& data) noexcept {
   const int n = inputs();
-  const double scale = settings_.power_max;
-  const double least_power = settings_.power_min / scale;
-  problem.resize(n, n);
-  problem.lower.setConstant(least_power);
-  problem.upper.setConstant(1.0);
-
-  for (int i = 0; i < n; ++i) impulse_[i] = peak_powers_.row(i).dot(data.input) * scale;
+  const double least_power = settings_.power_min / settings_.power_max;
+  for (int i = 0; i < n; ++i) {
+    impulse_[i] = peak_powers_.row(i).dot(data.input) * settings_.power_max;
+  }
   double least_sum = 0.0;
   limit_relaxed_ = false;
   for (int k = 0; k < n; ++k) {
@@ -65,7 +59,20 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
     limit_relaxed_ = limit_relaxed_ || relaxed;
     // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
     // cools, no power above them is left in the stages before.
-    problem.limit[k] = (relaxed ? least_[k] : settings_.peak_max) - free_[k];
+    limit_[k] = relaxed ? least_[k] : settings_.peak_max;
+  }
+}
+
+void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+  const int n = inputs();
+  const double scale = settings_.power_max;
+  problem.resize(n, n);
+  problem.lower.setConstant(settings_.power_min / scale);
+  problem.upper.setConstant(1.0);
+
+  respond(data);
+  for (int k = 0; k < n; ++k) {
+    problem.limit[k] = limit_[k] - free_[k];
     for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? impulse_[k - j] : 0.0;
   }
 
