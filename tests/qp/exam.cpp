@@ -62,6 +62,7 @@ std::string judge(const Case& c, QpStatus returned, const QpSolution& s, const T
   const bool solved = returned == QpStatus::kSolved;
   const bool infeasible = returned == QpStatus::kInfeasible;
   const bool status_ok =
+      (tol.may_give_up && returned == QpStatus::kIterationLimit) ||
       (c.expected == Expected::kSolved && solved) ||
       (c.expected == Expected::kInfeasible && infeasible) ||
       (c.expected == Expected::kEither && (solved || infeasible)) ||
@@ -129,7 +130,8 @@ void consult_oracle(Case& c, const Tolerances& tol) {
   const Truth truth = Oracle(c.problem).solve();
   c.condition = condition_number(c.problem.hessian);
   if (truth.feasible) {
-    c.expected = Expected::kSolved;
+    const bool thin = tol.thin > 0 && !Oracle(c.problem, -tol.thin).solve().feasible;
+    c.expected = thin ? Expected::kEither : Expected::kSolved;
     c.power = truth.power;
   } else {
     const bool clearly = !Oracle(c.problem, 1.001L * tol.infeasibility).solve().feasible;

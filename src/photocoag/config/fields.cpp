@@ -78,7 +78,7 @@ void add_control(ControlSettings& s, std::vector<Field>& list) {
             "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
             "problem",
             kWithoutOsqp),
-       number(key("osqp_tolerance"), s.osqp_tolerance, kOne, {1e-9, 0.1},
+       number(key("osqp_tolerance"), s.osqp_tolerance, kOne, {1e-6, 0.1},
               "of OSQP, absolute and relative; its default is 1e-3")});
 }
 

@@ -26,7 +26,7 @@ struct ControlSettings {
   double power_weight = 0.0;         ///< K2/W2, R1 >= 0, at most 1e9
   double power_change_weight = 0.0;  ///< K2/W2, R2 >= 0, at most 1e9
   SolverKind solver = SolverKind::kDense;
-  double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-9 to 0.1
+  double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
 
   /// Throws Error naming the key ("control.…"), the value and the range.
   void validate() const;

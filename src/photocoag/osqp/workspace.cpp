@@ -13,9 +13,20 @@ namespace {
 
 constexpr c_int kRhoInterval = 25;  // iterations, as often as OSQP looks at its residuals
 
-bool all_finite(const std::vector<double>& values) noexcept {
+// Larger numbers overflow in OSQP's scaling, which then stays spoilt, and it calls NaN solved.
+constexpr double kLargest = 1e15;
+
+bool usable(const std::vector<double>& values) noexcept {
+  bool usable = true;
+  for (const double v : values) usable &= std::abs(v) <= kLargest || std::abs(v) == kOsqpInfinity;
+  return usable;
+}
+
+bool all_finite(const double* values, c_int count) noexcept {
   bool finite = true;
-  for (const double v : values) finite &= std::abs(v) < std::numeric_limits<double>::infinity();
+  for (c_int i = 0; i < count; ++i) {
+    finite &= std::abs(values[i]) < std::numeric_limits<double>::infinity();
+  }
   return finite;
 }
 
@@ -66,7 +77,7 @@ void SparseMatrix::next_column() {
 
 struct OsqpWorkspace::Handle {
   OSQPWorkspace* work = nullptr;
-  bool cold = true;  // nothing to forget
+  bool cold = true;  // nothing to forget; the next solve brings all matrices
 
   Handle() = default;
   Handle(const Handle&) = delete;
@@ -112,11 +123,12 @@ void OsqpWorkspace::set_up(SparseProblem problem, double tolerance) {
 }
 
 QpStatus OsqpWorkspace::solve(bool new_P, bool new_A) noexcept {
-  if (!handle_ || !all_finite(problem_.q) || !all_finite(problem_.lower) ||
-      !all_finite(problem_.upper) || (new_P && !all_finite(problem_.P.value)) ||
-      (new_A && !all_finite(problem_.A.value))) {
+  if (!handle_ || !usable(problem_.q) || !usable(problem_.lower) || !usable(problem_.upper) ||
+      !usable(problem_.P.value) || !usable(problem_.A.value)) {
     return QpStatus::kNumericalFailure;
   }
+  new_P = new_P || handle_->cold;
+  new_A = new_A || handle_->cold;
   OSQPWorkspace* work = handle_->work;
   // q first: the scaling that follows new matrices looks at it.
   c_int failure = osqp_update_lin_cost(work, problem_.q.data());
@@ -134,6 +146,10 @@ QpStatus OsqpWorkspace::solve(bool new_P, bool new_A) noexcept {
     handle_->cold = false;
     failure = osqp_solve(work);
     if (failure == 0) status = meaning(work->info->status_val);
+    if (status == QpStatus::kSolved && !(all_finite(x(), work->data->n) &&
+                                         all_finite(y(), work->data->m))) {
+      status = QpStatus::kNumericalFailure;
+    }
   }
   if (status != QpStatus::kSolved) forget();
   return status;
@@ -144,6 +160,11 @@ void OsqpWorkspace::forget() noexcept {
   OSQPWorkspace* work = handle_->work;
   for (c_int i = 0; i < work->data->n; ++i) work->x[i] = 0.0;
   for (c_int i = 0; i < work->data->m; ++i) work->z[i] = work->y[i] = 0.0;
+  // And its scaling to 1, in case it was spoilt: new matrices are scaled from there.
+  OSQPScaling& scaling = *work->scaling;
+  for (c_int i = 0; i < work->data->n; ++i) scaling.D[i] = scaling.Dinv[i] = 1.0;
+  for (c_int i = 0; i < work->data->m; ++i) scaling.E[i] = scaling.Einv[i] = 1.0;
+  scaling.c = scaling.cinv = 1.0;
   osqp_update_rho(work, RHO);
   handle_->cold = true;
 }

@@ -58,7 +58,7 @@ class OsqpWorkspace {
   /// Pushes q and the bounds, P and A only if said to, and solves from the last answer. After any
   /// other answer than kSolved the next solve starts cold.
   ///   kInfeasible: proved to OSQP's tolerance; kIterationLimit: 4000 iterations, or solved with a
-  ///   lower accuracy only; kNumericalFailure: anything else, or data that are not finite.
+  ///   lower accuracy only; kNumericalFailure: anything else, or data beyond 1e15.
   QpStatus solve(bool new_P, bool new_A) noexcept;
 
   /// The next solve starts from x = 0, y = 0 and the default step size.
