@@ -36,8 +36,11 @@ struct ReduceOptions : CommonOptions {
 };
 
 struct BenchOptions {
-  std::string name;
-  std::string json;
+  std::string name;          ///< cycle, qp, first-cycle
+  std::string json;          ///< file; - is standard output
+  std::string svg;           ///< qp: figure
+  std::string problems;      ///< qp: the recorded problems, JSON
+  bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
 int treat(const RunOptions& options);

@@ -89,6 +89,7 @@ class ModelPredictiveController {
 
   const OptimalControlProblem& ocp() const noexcept { return ocp_; }
   const QpProblem& problem() const noexcept { return problem_; }
+  const QpSolution& solution() const noexcept { return solution_; }
 
  protected:
   Solver& solver() noexcept { return solver_; }

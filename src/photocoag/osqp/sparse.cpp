@@ -69,14 +69,18 @@ Coordinates shares_of_peak(const ReducedModel& model, double power_max) {
 }  // namespace
 
 SparseOsqpController::SparseOsqpController(const ReducedModel& model,
-                                           const ControlSettings& settings)
+                                           const ControlSettings& settings, SparseForm form)
     : ocp_(model, settings) {
-  const Coordinates coordinates = shares_of_peak(model, settings.power_max);
+  const Eigen::MatrixXd same = Eigen::MatrixXd::Identity(model.order(), model.order());
+  const Coordinates coordinates = form == SparseForm::kPaper
+                                      ? Coordinates{.to = same, .from = same}
+                                      : shares_of_peak(model, settings.power_max);
   to_shares_ = coordinates.to;
   A_ = coordinates.to * Eigen::MatrixXd(model.A_d) * coordinates.from;
   output_ = coordinates.from.transpose() * Eigen::VectorXd(model.C_peak);
   share_.setZero(model.order());
   set_up();
+  if (form == SparseForm::kPaper) return;
   // The cold eye at some alpha: from here on every answer has a neighbour to start from.
   const StateVector cold = StateVector::Zero(model.order());
   for (int k = 0; k < 2; ++k) solve(cold, input_at(model, kSetUpAlpha), 0, 0.0);

@@ -14,10 +14,16 @@
 
 namespace photocoag {
 
+enum class SparseForm {
+  kPrepared,  ///< shares of the peak as states, one solve before the treatment
+  kPaper,     ///< the model's own states, nothing solved before: for comparison (`bench qp`)
+};
+
 class SparseOsqpController {
  public:
   /// Throws Error on bad settings or a model for another period.
-  SparseOsqpController(const ReducedModel& model, const ControlSettings& settings);
+  SparseOsqpController(const ReducedModel& model, const ControlSettings& settings,
+                       SparseForm form = SparseForm::kPrepared);
 
   /// As ModelPredictiveController::solve, to settings.osqp_tolerance.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,

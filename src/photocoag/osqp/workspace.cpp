@@ -146,8 +146,8 @@ QpStatus OsqpWorkspace::solve(bool new_P, bool new_A) noexcept {
     handle_->cold = false;
     failure = osqp_solve(work);
     if (failure == 0) status = meaning(work->info->status_val);
-    if (status == QpStatus::kSolved && !(all_finite(x(), work->data->n) &&
-                                         all_finite(y(), work->data->m))) {
+    if (status == QpStatus::kSolved &&
+        !(all_finite(x(), work->data->n) && all_finite(y(), work->data->m))) {
       status = QpStatus::kNumericalFailure;
     }
   }
