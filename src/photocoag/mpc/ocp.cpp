@@ -76,22 +76,33 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
     for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? impulse_[k - j] : 0.0;
   }
 
-  // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …
+  // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …, where
+  // H(j-d, j) / 2 = sum over l < n - j of R0 h_l h_{l+d}: while R0 is 1, each is the one below it
+  // on its diagonal and one term more.
+  double weight[even(kMaxInputs)];
+  bool all_one = true;
+  for (int k = 0; k < n; ++k) {
+    weight[k] = state_weight(settings_.state_weight, data.cycle + k + 1);
+    all_one = all_one && weight[k] == 1.0;
+  }
+  for (int d = 0; d < n; ++d) {
+    double sum = 0.0;
+    for (int j = n - 1; j >= d; --j) {
+      if (all_one) {
+        sum += impulse_[n - 1 - j] * impulse_[n - 1 - j + d];
+      } else {
+        sum = 0.0;
+        for (int l = 0; l < n - j; ++l) sum += weight[l + j] * impulse_[l] * impulse_[l + d];
+      }
+      problem.hessian(j - d, j) = problem.hessian(j, j - d) = 2.0 * sum;
+    }
+  }
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
   for (int j = 0; j < n; ++j) {
     double gradient = 0.0;
-    for (int i = 0; i <= j; ++i) {
-      double sum = 0.0;
-      for (int k = j; k < n; ++k) {
-        const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
-        sum += weight * impulse_[k - i] * impulse_[k - j];
-      }
-      problem.hessian(i, j) = problem.hessian(j, i) = 2.0 * sum;
-    }
     for (int k = j; k < n; ++k) {
-      const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
-      gradient += weight * impulse_[k - j] * (free_[k] - settings_.peak_reference);
+      gradient += weight[k] * impulse_[k - j] * (free_[k] - settings_.peak_reference);
     }
     problem.gradient[j] = 2.0 * (gradient - r1 * data.power_reference / scale);
     problem.hessian(j, j) += 2.0 * (r1 + (j + 1 < n ? 2.0 * r2 : r2));
