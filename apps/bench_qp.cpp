@@ -26,7 +26,6 @@ namespace {
 constexpr int kHorizons[] = {2, 5, 10, 15, 20};
 constexpr double kAlphas[] = {0.35, 0.7363, 1.1, 1.5};
 constexpr int kCycles = 250;
-constexpr int kRepetitions = 10;
 using Exact = ModelPredictiveController<DenseSolver>;
 
 // The paper, Table 1: OSQP on another machine, us.
@@ -259,14 +258,14 @@ int bench_qp(const BenchOptions& options) {
   fmt::print(stderr,
              "photocoag {}: QPs of {} closed loops of {} cycles at 1 kHz, each {} times, solvers "
              "interleaved; us, each with {:.3f} us of clock reading\n",
-             version(), std::size(kAlphas), kCycles, kRepetitions, clock);
+             version(), std::size(kAlphas), kCycles, options.repetitions, clock);
   fmt::print(stderr, "{:>3}  {:<26} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}  {:>8}\n", "N", "solver",
              "average", "maximum", "median", "99 %", "first", "worst", "u0 err W");
   for (std::size_t k = 0; k < std::size(kHorizons); ++k) {
     const int horizon = kHorizons[k];
     const Problems problems = record(horizon, full);
     std::vector<Record> records(list.size());
-    for (int repetition = 0; repetition < kRepetitions; ++repetition) {
+    for (int repetition = 0; repetition < options.repetitions; ++repetition) {
       for (std::size_t s = 0; s < list.size(); ++s) {
         records[s].name = list[s].name;
         replay(list[s], problems, repetition, records[s]);
@@ -292,7 +291,7 @@ int bench_qp(const BenchOptions& options) {
   }
   fmt::print(stderr,
              "worst: the largest over all steps of the least of {} repetitions of the same step\n",
-             kRepetitions);
+             options.repetitions);
   write_json(options, {{"bench", options.name},
                        {"version", version()},
                        {"unit", "us"},

@@ -40,6 +40,7 @@ struct BenchOptions {
   std::string json;          ///< file; - is standard output
   std::string svg;           ///< qp: figure
   std::string problems;      ///< qp: the recorded problems, JSON
+  int repetitions = 10;      ///< qp: of every step
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 

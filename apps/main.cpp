@@ -180,6 +180,10 @@ int run_command(int argc, char** argv) {
       ->add_option("--export", bench_options.problems,
                    "qp: also write the recorded problems with their exact answers (JSON)")
       ->type_name("FILE");
+  bench_app
+      ->add_option("--repetitions", bench_options.repetitions, "qp: how often to time every step")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("n");
   bench_app->add_flag("--one-process", bench_options.one_process,
                       "first-cycle: measure in this process only, print microseconds");
   bench_app->footer(

@@ -24,8 +24,8 @@ struct Tolerances {
                          ///< noticed
   double thin = 0.0;  ///< a problem that is infeasible once tightened by this much of a row's scale
                       ///< may be called infeasible
-  bool may_give_up =
-      false;  ///< kIterationLimit, with the safe u, is an answer (counted by the test)
+  bool may_give_up = false;  ///< kIterationLimit or kKktFailed, with the safe u, is an answer
+                             ///< (counted by the test)
 };
 
 enum class Expected {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/estimation/ekf.hpp"
 #include "photocoag/loop/gate.hpp"
 #include "photocoag/mpc/mpc.hpp"
@@ -48,7 +49,7 @@ class BasicController {
 
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
-  Estimate observe(const Sample& sample) noexcept {
+  Estimate observe(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
     const double power =
         std::isfinite(sample.applied_power) ? sample.applied_power : previous_power_;
     previous_power_ = power;
@@ -59,7 +60,7 @@ class BasicController {
   }
 
   /// The power of the coming period.
-  Decision decide() noexcept {
+  Decision decide() noexcept PHOTOCOAG_NONBLOCKING {
     const MpcResult result =
         mpc_.solve(filter_.state(), filter_.matrices().input, cycle_, previous_power_);
     const GateResult passed = gate(result.power, power_max_);
@@ -73,7 +74,7 @@ class BasicController {
   }
 
   /// observe and decide: sample in, power out.
-  Decision step(const Sample& sample) noexcept {
+  Decision step(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
     observe(sample);
     return decide();
   }

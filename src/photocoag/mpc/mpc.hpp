@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/mpc/ocp.hpp"
 #include "photocoag/qp/dense.hpp"
 
@@ -66,7 +67,7 @@ class ModelPredictiveController {
   /// The power of cycle n = 0, 1, … from the estimate (x, B(alpha)). `previous_power`: what was
   /// applied last.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,
-                  double previous_power) noexcept {
+                  double previous_power) noexcept PHOTOCOAG_NONBLOCKING {
     MpcResult result;
     result.power_reference = ocp_.steady_power(input);
     ocp_.condense({.state = state,

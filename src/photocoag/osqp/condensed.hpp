@@ -25,7 +25,7 @@ class CondensedOsqp {
 
   /// As DenseSolver::solve, but to the tolerance. Sizes that were not prepared are prepared first
   /// (allocates); a row that leaves the pattern is kNumericalFailure. kkt_residual is evaluated
-  /// independently of OSQP, on the clipped answer.
+  /// independently of OSQP, on the clipped answer; above 100 tolerances: kKktFailed.
   QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
 
   /// The next solve starts cold.

@@ -15,6 +15,7 @@
 // Threads: one object per thread (about 60 KB of work space inside it).
 #pragma once
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/qp/problem.hpp"
 
 namespace photocoag {
@@ -41,7 +42,7 @@ class DenseSolver {
   ///     of the row's scale. A problem that is infeasible by less counts as feasible.
   ///   kIterationLimit, kNumericalFailure, kKktFailed: as in QpStatus.
   /// Example and tests: tests/qp/test_dense.cpp.
-  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
+  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept PHOTOCOAG_NONBLOCKING;
 
  private:
   friend struct DenseSolverProbe;  // tests: the iterate at a stop before the end

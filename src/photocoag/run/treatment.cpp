@@ -1,6 +1,7 @@
 #include "photocoag/run/treatment.hpp"
 
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "photocoag/core/error.hpp"
@@ -42,7 +43,13 @@ template <PredictiveController M>
 Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
                      const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
   const ReducedModel& model = models.reduced();
-  BasicController<M> controller(model, config.control, config.estimator);
+  // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
+  // and memory warm.
+  std::optional<BasicController<M>> place;
+  place.emplace(model, config.control, config.estimator);
+  place->decide();
+  place->step({.volume_temperature = 0.0, .applied_power = 0.0});
+  BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
   Treatment treatment;
   treatment.records.resize(config.cycles());
   if (config.plant.model == PlantModel::kFull) {
