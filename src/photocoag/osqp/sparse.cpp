@@ -72,7 +72,7 @@ SparseOsqpController::SparseOsqpController(const ReducedModel& model,
                                            const ControlSettings& settings, SparseForm form)
     : ocp_(model, settings) {
   const Eigen::MatrixXd same = Eigen::MatrixXd::Identity(model.order(), model.order());
-  const Coordinates coordinates = form == SparseForm::kPaper
+  const Coordinates coordinates = form == SparseForm::kModelStates
                                       ? Coordinates{.to = same, .from = same}
                                       : shares_of_peak(model, settings.power_max);
   to_shares_ = coordinates.to;
@@ -80,7 +80,7 @@ SparseOsqpController::SparseOsqpController(const ReducedModel& model,
   output_ = coordinates.from.transpose() * Eigen::VectorXd(model.C_peak);
   share_.setZero(model.order());
   set_up();
-  if (form == SparseForm::kPaper) return;
+  if (form != SparseForm::kPrepared) return;
   // The cold eye at some alpha: from here on every answer has a neighbour to start from.
   const StateVector cold = StateVector::Zero(model.order());
   for (int k = 0; k < 2; ++k) solve(cold, input_at(model, kSetUpAlpha), 0, 0.0);

@@ -15,8 +15,10 @@
 namespace photocoag {
 
 enum class SparseForm {
-  kPrepared,  ///< shares of the peak as states, one solve before the treatment
-  kPaper,     ///< the model's own states, nothing solved before: for comparison (`bench qp`)
+  kPrepared,  ///< shares of the peak as states, the cold eye solved before the treatment
+  // For comparison (`bench qp`):
+  kUnprepared,   ///< nothing solved before
+  kModelStates,  ///< nor other states than the reduced model's, whatever their units
 };
 
 class SparseOsqpController {
