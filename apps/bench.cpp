@@ -1,11 +1,9 @@
 // `photocoag bench cycle`: what one control cycle and one step of the simulated eye cost here.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "bench.hpp"
 #include "commands.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -19,9 +17,6 @@
 namespace photocoag {
 namespace {
 
-using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
-
 constexpr int kTreatments = 40;
 constexpr int kCycles = 250;
 
@@ -33,15 +28,6 @@ struct Contender {
   std::vector<double> us;        // every controller step
   std::vector<double> first_us;  // of each treatment
 };
-
-double elapsed_us(Clock::time_point begin) {
-  return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
-}
-
-double percentile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 void treat_once(Contender& contender, std::uint64_t seed, std::vector<double>* eye_us,
                 const std::shared_ptr<const FullOrderModel>& full) {
@@ -76,7 +62,15 @@ Json row(std::string_view name, const std::vector<double>& us, double first) {
 
 }  // namespace
 
-int bench(const BenchOptions& options) {
+void write_json(const BenchOptions& options, const Json& json) {
+  if (options.json == "-") {
+    fmt::print("{}\n", json.dump(2));
+  } else if (!options.json.empty()) {
+    write_file(options.json, json.dump(2) + "\n");
+  }
+}
+
+int bench_cycle(const BenchOptions& options) {
   std::vector<Contender> contenders;
   std::shared_ptr<const FullOrderModel> full;
   for (const int horizon : {2, 5, 10, 20, 50}) {
@@ -106,12 +100,14 @@ int bench(const BenchOptions& options) {
       row(fmt::format("eye, full order ({} states)", full->states()), eye_us, eye_us.front()));
   const Json json = {
       {"bench", options.name}, {"version", version()}, {"unit", "us"}, {"rows", rows}};
-  if (options.json == "-") {
-    fmt::print("{}\n", json.dump(2));
-  } else if (!options.json.empty()) {
-    write_file(options.json, json.dump(2) + "\n");
-  }
+  write_json(options, json);
   return 0;
+}
+
+int bench(const BenchOptions& options) {
+  if (options.name == "qp") return bench_qp(options);
+  if (options.name == "first-cycle") return bench_first_cycle(options);
+  return bench_cycle(options);
 }
 
 }  // namespace photocoag

@@ -54,8 +54,12 @@ struct DiscretizationsOptions : CommonOptions {
 };
 
 struct BenchOptions {
-  std::string name;
-  std::string json;
+  std::string name;          ///< cycle, qp, first-cycle
+  std::string json;          ///< file; - is standard output
+  std::string svg;           ///< qp: figure
+  std::string problems;      ///< qp: the recorded problems, JSON
+  int repetitions = 10;      ///< qp: of every step
+  bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
 int treat(const RunOptions& options);

@@ -229,14 +229,30 @@ int run_command(int argc, char** argv) {
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app
-      ->add_option("NAME", bench_options.name, "cycle: one control cycle and one step of the eye")
+      ->add_option("NAME", bench_options.name,
+                   "cycle: one control cycle and one step of the eye; qp: every solver on recorded "
+                   "problems (the paper's Table 1); first-cycle: in 100 fresh processes")
       ->required()
-      ->check(CLI::IsMember({"cycle"}));
+      ->check(CLI::IsMember({"cycle", "qp", "first-cycle"}));
   bench_app
       ->add_option("--json", bench_options.json, "also write the numbers; - is standard output")
       ->type_name("FILE");
+  bench_app->add_option("--svg", bench_options.svg, "qp: also draw the medians over N")
+      ->type_name("FILE");
+  bench_app
+      ->add_option("--export", bench_options.problems,
+                   "qp: also write the recorded problems with their exact answers (JSON)")
+      ->type_name("FILE");
+  bench_app
+      ->add_option("--repetitions", bench_options.repetitions, "qp: how often to time every step")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("n");
+  bench_app->add_flag("--one-process", bench_options.one_process,
+                      "first-cycle: measure in this process only, print microseconds");
   bench_app->footer(
       footer("  photocoag bench cycle\n"
+             "  photocoag bench qp --json bench-qp.json --svg bench-qp.svg\n"
+             "  photocoag bench first-cycle\n"
              "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
              "                                of its own in the source tree, see benchmarks/"));
   bench_app->callback([&] { exit_code = bench(bench_options); });

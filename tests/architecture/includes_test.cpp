@@ -23,11 +23,13 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"estimation", {"core", "rom"}},
     {"qp", {"core"}},
     {"mpc", {"core", "rom", "qp"}},
+    {"osqp", {"core", "rom", "qp", "mpc"}},
     {"loop", {"core", "rom", "estimation", "mpc", "qp"}},
     {"rt", {"core", "loop"}},
     {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc"}},
-    {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config"}},
+    {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config", "osqp"}},
     {"report", {"core"}},
+    {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
@@ -71,7 +73,7 @@ TEST(Includes, TheTableHasNoCycle) {
 TEST(Includes, OnlineKnowsNoOfflineFolder) {
   for (const std::string online :
        {"core", "tissue", "rom", "estimation", "qp", "mpc", "loop", "rt"}) {
-    for (const std::string offline : {"fom", "mor", "config", "run", "report"}) {
+    for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp"}) {
       EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
     }
   }

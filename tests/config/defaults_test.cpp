@@ -24,6 +24,7 @@ state_weight        = "constant"   # R0 = 1, or "delayed"
 power_weight        = 0.0          # R1, K2/W2
 power_change_weight = 0.0          # R2, K2/W2
 solver              = "dense"      # or "osqp"
+osqp_tolerance      = 1e-3         # beyond the contract
 
 [estimator]
 kind                     = "ekf"

@@ -79,7 +79,11 @@ TEST(HeapGuard, CountsWhatHidesInsideLibraries) {
             }).allocations,
             0);
   std::vector<double> values;
-  EXPECT_GT(use_of([&] { values.push_back(1.0); }).allocations, 0);
+  EXPECT_GT(use_of([&] {
+              values.push_back(1.0);
+              look_at(values.data());
+            }).allocations,
+            0);
   if (!heap_guard_sees_malloc()) GTEST_SKIP() << "Eigen calls malloc itself";
   const Eigen::MatrixXd a = Eigen::MatrixXd::Random(6, 6);
   Eigen::MatrixXd b = a;

@@ -218,6 +218,25 @@ TEST(Mpc, ABadStateGivesNoPower) {
   }
 }
 
+// The solver's answer is good, its check says no.
+struct DoubtsItself {
+  DenseSolver solver;
+  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept {
+    solver.solve(problem, solution);
+    return solution.status = QpStatus::kKktFailed;
+  }
+};
+
+TEST(Mpc, AnAnswerThatFailsItsCheckGivesNoPowerAndAStatusOfItsOwn) {
+  ModelPredictiveController<DoubtsItself> mpc(model_1khz(), {.horizon = 5});
+  const StateVector cold = StateVector::Zero(6);
+  const MpcResult result = mpc.solve(cold, input_at(model_1khz(), 1.0), 0, 0.0);
+  EXPECT_EQ(result.status, MpcStatus::kKktFailed);
+  EXPECT_EQ(to_string(result.status), "kkt_failed");
+  EXPECT_EQ(result.solver_status, QpStatus::kKktFailed);
+  EXPECT_EQ(result.power, 0.0);
+}
+
 TEST(Mpc, AllocatesNothing) {
   for (const int horizon : {2, 5, 50}) {
     Mpc mpc(model_1khz(), {.horizon = horizon, .power_change_weight = 5e4});

@@ -22,6 +22,10 @@ struct Tolerances {
   double feasibility;    ///< row violation over the row's scale, feasible problems
   double infeasibility;  ///< relaxed by this much of a row's scale and still infeasible: must be
                          ///< noticed
+  double thin = 0.0;  ///< a problem that is infeasible once tightened by this much of a row's scale
+                      ///< may be called infeasible
+  bool may_give_up = false;  ///< kIterationLimit or kKktFailed, with the safe u, is an answer
+                             ///< (counted by the test)
 };
 
 enum class Expected {

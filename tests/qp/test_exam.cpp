@@ -1,10 +1,14 @@
 // The exam for every solver: a new solver adds its Tolerances and its type to Solvers.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
 
+#if PHOTOCOAG_HAS_OSQP
+#include "photocoag/osqp/condensed.hpp"
+#endif
 #include "photocoag/qp/dense.hpp"
 #include "qp/exam.hpp"
 #include "support/heap_guard.hpp"
@@ -20,6 +24,8 @@ struct Promise;
 
 template <>
 struct Promise<DenseSolver> {
+  static constexpr bool kExact = true;  // same problem, same bits; and from any size, no heap
+  static constexpr double kMostGivenUp = 0.0;
   static constexpr Tolerances kTolerances{
       .power = 1e-12,  // documented accuracy
       .stationarity =
@@ -28,16 +34,43 @@ struct Promise<DenseSolver> {
       .infeasibility = 1e-9};  // documented
 };
 
+#if PHOTOCOAG_HAS_OSQP
+// OSQP promises less: an answer to its tolerance, or none.
+struct TightOsqp : CondensedOsqp {
+  TightOsqp() : CondensedOsqp(1e-6) {}
+};
+template <>
+struct Promise<TightOsqp> {
+  static constexpr bool kExact = false;
+  static constexpr double kMostGivenUp = 0.01;
+  static constexpr Tolerances kTolerances{
+      .power = 1e-3,         // the tolerance times the condition that an objective may have, 1e3
+      .stationarity = 1e-4,  // OSQP's criterion is absolute where the terms that cancel are small
+      .feasibility = 1e-4,
+      .infeasibility = 1e-3,  // ten times OSQP's eps_prim_inf
+      .thin = 1e-3,
+      .may_give_up = true};
+};
+#endif
+
 template <typename SolverType>
 class QpExam : public ::testing::Test {
  protected:
   static constexpr Tolerances kTolerances = Promise<SolverType>::kTolerances;
+  static constexpr bool kExact = Promise<SolverType>::kExact;
+
+  void TearDown() override {
+    EXPECT_LE(given_up_, std::ceil(Promise<SolverType>::kMostGivenUp * passed_));
+  }
 
   // Solves, judges, returns the first power.
   double pass(const Case& c) {
     const QpStatus status = solver_->solve(c.problem, *solution_);
     const std::string complaint = judge(c, status, *solution_, kTolerances);
     EXPECT_EQ(complaint, "");
+    ++passed_;
+    given_up_ +=
+        status == QpStatus::kIterationLimit || (!kExact && status == QpStatus::kKktFailed) ? 1 : 0;
     return solution_->power(0);
   }
   double pass_with_oracle(Case c) {
@@ -49,9 +82,15 @@ class QpExam : public ::testing::Test {
   std::unique_ptr<SolverType> solver_ = std::make_unique<SolverType>();
   std::unique_ptr<QpSolution> solution_ = std::make_unique<QpSolution>();
   int count_[4] = {};  // by Expected
+  int passed_ = 0;
+  int given_up_ = 0;
 };
 
+#if PHOTOCOAG_HAS_OSQP
+using Solvers = ::testing::Types<DenseSolver, TightOsqp>;
+#else
 using Solvers = ::testing::Types<DenseSolver>;
+#endif
 TYPED_TEST_SUITE(QpExam, Solvers);
 
 static_assert(QpSolver<DenseSolver>);
@@ -82,9 +121,11 @@ TYPED_TEST(QpExam, MatchesEnumerationOnRandomProblems) {
 TYPED_TEST(QpExam, MatchesEnumerationOnDegenerateProblems) {
   Random random(2);
   for (int k = 0; k < 4000; ++k) this->pass_with_oracle(degenerate_case(random));
-  EXPECT_GT(this->count_[int(Expected::kSolved)], 2000);
+  EXPECT_GT(this->count_[int(Expected::kSolved)], this->kExact ? 2000 : 1000);  // no thin sets
   EXPECT_GT(this->count_[int(Expected::kInfeasible)], 200);
-  EXPECT_EQ(this->count_[int(Expected::kEither)], 0);  // the data are exact
+  if (this->kTolerances.thin == 0) {
+    EXPECT_EQ(this->count_[int(Expected::kEither)], 0);  // the data are exact
+  }
 }
 
 TYPED_TEST(QpExam, TellsNearlyInfeasibleFromInfeasible) {
@@ -95,7 +136,7 @@ TYPED_TEST(QpExam, TellsNearlyInfeasibleFromInfeasible) {
     this->pass_with_oracle(nearly_infeasible_case(random, random.chance(0.5) ? size : -size));
   }
   for (const auto expected : {Expected::kSolved, Expected::kInfeasible, Expected::kEither}) {
-    EXPECT_GT(this->count_[int(expected)], 300);
+    EXPECT_GT(this->count_[int(expected)], this->kExact ? 300 : 50);
   }
 }
 
@@ -116,7 +157,9 @@ TYPED_TEST(QpExam, MatchesEnumerationInClosedLoop) {
       run_application(a, 10 + horizon, [&](const Case& c) {
         Case checked = c;
         consult_oracle(checked, this->kTolerances);
-        EXPECT_EQ(checked.expected, c.expected);
+        if (checked.expected != Expected::kEither) {
+          EXPECT_EQ(checked.expected, c.expected);
+        }
         ++this->count_[int(c.expected)];
         const double power = this->pass(checked);
         if (this->solution_->bound_multiplier.any() || this->solution_->row_multiplier.any())
@@ -220,9 +263,12 @@ TYPED_TEST(QpExam, AnswerDoesNotDependOnUnits) {
     this->solver_->solve(qp, scaled);
     // Infeasible by less than what must be noticed: rounding may decide.
     if (c.expected == Expected::kEither) continue;
-    EXPECT_EQ(scaled.status, base.status);
+    if (this->kExact) {
+      EXPECT_EQ(scaled.status, base.status);
+    }
     // Rounding of the factors moves the data by 1e-16 and u by the condition number times that.
     const double allowed = this->kTolerances.power * std::max(1.0, c.condition / 1e3);
+    if (!this->kExact && scaled.status != base.status) continue;
     EXPECT_LE((scaled.power - base.power).cwiseAbs().maxCoeff(), allowed);
   }
 }
@@ -257,6 +303,7 @@ TYPED_TEST(QpExam, RejectsBadNumbersAndForgetsThem) {
         this->pass(c);
         ++bad;
         this->pass(good);
+        if (!this->kExact) continue;
         EXPECT_EQ(this->solution_->power, expected.power);
         EXPECT_EQ(this->solution_->row_multiplier, expected.row_multiplier);
       }
@@ -335,6 +382,7 @@ TYPED_TEST(QpExam, DoesNotAllocate) {
                         planted, large_case(random, 20, 0)};
   TypeParam first;
   QpSolution solution;
+  if (!this->kExact) GTEST_SKIP() << "allocates for sizes it has not seen: tests/osqp";
   const photocoag::testing::HeapGuard guard;
   for (const Case& c : cases) first.solve(c.problem, solution);
   EXPECT_EQ(guard.use(), photocoag::testing::HeapUse{});

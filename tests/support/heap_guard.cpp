@@ -5,7 +5,10 @@
 #include <cstdlib>
 #include <new>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include "photocoag/core/real_time.hpp"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    !PHOTOCOAG_RTSAN
 #define PHOTOCOAG_REPLACE_MALLOC 1
 #else
 #define PHOTOCOAG_REPLACE_MALLOC 0

@@ -1,7 +1,7 @@
 // Role: tests; counts what the calling thread asks of the heap, in the build that ships.
 // Method: the test program defines malloc and its relatives and every form of operator new and
 // delete itself and forwards to glibc, so that calls from inside shared libraries count as well.
-// Under the address and thread sanitizers, which bring their own malloc, only operator new and
+// Under the address, thread and realtime sanitizers, which bring their own malloc, only operator new and
 // delete are counted.
 // tests/CMakeLists.txt links it into every test program.
 #pragma once

@@ -54,13 +54,16 @@ void assign_word(const Field& field, const WordField& target, const Value& value
   const auto contains = [&value](const std::vector<std::string_view>& words) {
     return std::find(words.begin(), words.end(), value.string);
   };
+  if (contains(target.unavailable) != target.unavailable.end()) {
+    refuse_value(field, value,
+                 "not available in this build, which found no OSQP 0.6 (CONTRIBUTING.md, Build)");
+  }
   const auto word = contains(target.words);
   if (word != target.words.end()) {
     target.set(static_cast<std::size_t>(word - target.words.begin()));
     return;
   }
-  const bool known = contains(target.unavailable) != target.unavailable.end();
-  refuse_value(field, value, known ? "not available in this build" : "");
+  refuse_value(field, value);
 }
 
 void assign_text(const Field& field, const TextField& target, const Value& value,

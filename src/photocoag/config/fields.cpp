@@ -50,6 +50,13 @@ Field word(std::string key, E& value, std::vector<std::string_view> words, std::
           meaning};
 }
 
+const std::vector<std::string_view> kWithoutOsqp =
+#if PHOTOCOAG_HAS_OSQP
+    {};
+#else
+    {"osqp", "osqp-condensed"};
+#endif
+
 Field discretization(std::string key, Discretization& value, std::string_view meaning) {
   return word(std::move(key), value,
               {to_string(Discretization::kZeroOrderHold), to_string(Discretization::kImplicitEuler),
@@ -77,7 +84,12 @@ void add_control(ControlSettings& s, std::vector<Field>& list) {
               "R1, on power against its steady value"),
        number(key("power_change_weight"), s.power_change_weight, kWeight, {0, 1e9},
               "R2, on the change of power"),
-       word(key("solver"), s.solver, {"dense"}, "solver of the quadratic program", {"osqp"})});
+       word(key("solver"), s.solver, {"dense", "osqp", "osqp-condensed"},
+            "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
+            "problem",
+            kWithoutOsqp),
+       number(key("osqp_tolerance"), s.osqp_tolerance, kOne, {1e-6, 0.1},
+              "of OSQP, absolute and relative; its default is 1e-3")});
 }
 
 void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {

@@ -9,6 +9,7 @@
 
 #include <string_view>
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/core/types.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -37,10 +38,10 @@ class ExtendedKalmanFilter {
 
   void reset() noexcept;
   /// One period with `power`, W.
-  void predict(double power) noexcept;
+  void predict(double power) noexcept PHOTOCOAG_NONBLOCKING;
   /// With the volume temperature at the end of the period, K. NaN means no sample; so does a rise
   /// below -50 K or above 300 K, which no tissue can show.
-  UpdateStatus update(double volume_temperature) noexcept;
+  UpdateStatus update(double volume_temperature) noexcept PHOTOCOAG_NONBLOCKING;
 
   const StateVector& state() const noexcept { return state_; }
   double absorption_factor() const noexcept { return alpha_; }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/estimation/ekf.hpp"
 #include "photocoag/loop/gate.hpp"
 #include "photocoag/mpc/mpc.hpp"
@@ -37,16 +38,18 @@ struct Decision {
   bool limit_active = false;
 };
 
-class Controller {
+/// `Mpc` is constructed from (model, control).
+template <PredictiveController Mpc>
+class BasicController {
  public:
   /// Throws Error on bad settings or a model for another period.
-  Controller(const ReducedModel& model, const ControlSettings& control,
-             const EstimatorSettings& estimator)
+  BasicController(const ReducedModel& model, const ControlSettings& control,
+                  const EstimatorSettings& estimator)
       : filter_(model, estimator), mpc_(model, control), power_max_(control.power_max) {}
 
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
-  Estimate observe(const Sample& sample) noexcept {
+  Estimate observe(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
     const double power =
         std::isfinite(sample.applied_power) ? sample.applied_power : previous_power_;
     previous_power_ = power;
@@ -57,7 +60,7 @@ class Controller {
   }
 
   /// The power of the coming period.
-  Decision decide() noexcept {
+  Decision decide() noexcept PHOTOCOAG_NONBLOCKING {
     const MpcResult result =
         mpc_.solve(filter_.state(), filter_.matrices().input, cycle_, previous_power_);
     const GateResult passed = gate(result.power, power_max_);
@@ -71,7 +74,7 @@ class Controller {
   }
 
   /// observe and decide: sample in, power out.
-  Decision step(const Sample& sample) noexcept {
+  Decision step(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
     observe(sample);
     return decide();
   }
@@ -88,10 +91,13 @@ class Controller {
 
  private:
   ExtendedKalmanFilter filter_;
-  ModelPredictiveController<DenseSolver> mpc_;
+  Mpc mpc_;
   double power_max_;
   double previous_power_ = 0.0;
   long long cycle_ = 0;
 };
+
+/// The default: the exact solver.
+using Controller = BasicController<ModelPredictiveController<DenseSolver>>;
 
 }  // namespace photocoag

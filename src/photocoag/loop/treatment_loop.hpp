@@ -51,8 +51,8 @@ struct LoopOutcome {
 /// counts finished cycles. A late wake-up skips the missed periods (the grid of deadlines never
 /// moves); in these the laser holds its power for one period, then its watchdog puts 0 W, and the
 /// controller gets no sample.
-template <Plant P, Pace C>
-LoopOutcome run_loop(Controller& controller, SimulatedEye<P>& eye, C& pace, double period,
+template <PredictiveController M, Plant P, Pace C>
+LoopOutcome run_loop(BasicController<M>& controller, SimulatedEye<P>& eye, C& pace, double period,
                      std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
   LoopOutcome outcome;
   if (records.empty()) return outcome;  // nothing would ever switch the laser off again

@@ -5,17 +5,20 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/mpc/ocp.hpp"
 #include "photocoag/qp/dense.hpp"
 
 namespace photocoag {
 
 enum class MpcStatus {
-  kSolved,   ///< u_0 is the minimizer
-  kRelaxed,  ///< the same, with the limit relaxed because even the smallest powers exceed it
-  kFailed,   ///< the solver gave no answer: u_0 = 0
-  kStopped,  ///< nothing was solved: a stop was asked for, u_0 = 0
+  kSolved,     ///< u_0 is the minimizer
+  kRelaxed,    ///< the same, with the limit relaxed because even the smallest powers exceed it
+  kFailed,     ///< the solver gave no answer: u_0 = 0
+  kKktFailed,  ///< its answer does not satisfy the KKT conditions: u_0 = 0
+  kStopped,    ///< nothing was solved: a stop was asked for, u_0 = 0
 };
 
 constexpr std::string_view to_string(MpcStatus status) noexcept {
@@ -26,6 +29,8 @@ constexpr std::string_view to_string(MpcStatus status) noexcept {
       return "limit_relaxed";
     case MpcStatus::kFailed:
       return "failed";
+    case MpcStatus::kKktFailed:
+      return "kkt_failed";
     case MpcStatus::kStopped:
       return "stopped";
   }
@@ -42,18 +47,27 @@ struct MpcResult {
   double kkt_residual = 0.0;
 };
 
+/// What a controller needs for its decisions, whichever solver is behind it.
+template <typename M>
+concept PredictiveController = requires(M mpc, const StateVector& vector, long long cycle,
+                                        double power) {
+  { mpc.solve(vector, vector, cycle, power) }
+  noexcept->std::same_as<MpcResult>;
+};
+
 /// One solve per cycle. Keeps the previous power for the variation term; u_prev of cycle 0 is u_ref
 /// (paper).
 template <QpSolver Solver>
 class ModelPredictiveController {
  public:
-  ModelPredictiveController(const ReducedModel& model, const ControlSettings& settings)
-      : ocp_(model, settings) {}
+  ModelPredictiveController(const ReducedModel& model, const ControlSettings& settings,
+                            Solver solver = Solver())
+      : ocp_(model, settings), solver_(std::move(solver)) {}
 
   /// The power of cycle n = 0, 1, … from the estimate (x, B(alpha)). `previous_power`: what was
   /// applied last.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,
-                  double previous_power) noexcept {
+                  double previous_power) noexcept PHOTOCOAG_NONBLOCKING {
     MpcResult result;
     result.power_reference = ocp_.steady_power(input);
     ocp_.condense({.state = state,
@@ -66,6 +80,7 @@ class ModelPredictiveController {
     result.iterations = solution_.iterations;
     result.kkt_residual = solution_.kkt_residual;
     // Never read the solution before its status.
+    if (result.solver_status == QpStatus::kKktFailed) result.status = MpcStatus::kKktFailed;
     if (result.solver_status != QpStatus::kSolved) return result;
     result.status = ocp_.limit_relaxed() ? MpcStatus::kRelaxed : MpcStatus::kSolved;
     result.limit_active = (solution_.row_multiplier.array() > 0.0).any();
@@ -75,6 +90,10 @@ class ModelPredictiveController {
 
   const OptimalControlProblem& ocp() const noexcept { return ocp_; }
   const QpProblem& problem() const noexcept { return problem_; }
+  const QpSolution& solution() const noexcept { return solution_; }
+
+ protected:
+  Solver& solver() noexcept { return solver_; }
 
  private:
   OptimalControlProblem ocp_;

@@ -8,14 +8,10 @@
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
-namespace {
 
-// R0(n + k) of the paper.
 double state_weight(StateWeight kind, long long stage) noexcept {
   return kind == StateWeight::kDelayed && stage >= 1 && stage <= 3 ? 0.0 : 1.0;
 }
-
-}  // namespace
 
 OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
                                              const ControlSettings& settings)
@@ -40,21 +36,19 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
   free_.setZero(inputs());
   impulse_.setZero(inputs());
   least_.setZero(inputs());
+  limit_.setZero(inputs());
 }
 
 double OptimalControlProblem::steady_power(const StateVector& input) const noexcept {
   return settings_.peak_reference / steady_row_.dot(input);
 }
 
-void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+void OptimalControlProblem::respond(const OcpData& data) noexcept {
   const int n = inputs();
-  const double scale = settings_.power_max;
-  const double least_power = settings_.power_min / scale;
-  problem.resize(n, n);
-  problem.lower.setConstant(least_power);
-  problem.upper.setConstant(1.0);
-
-  for (int i = 0; i < n; ++i) impulse_[i] = peak_powers_.row(i).dot(data.input) * scale;
+  const double least_power = settings_.power_min / settings_.power_max;
+  for (int i = 0; i < n; ++i) {
+    impulse_[i] = peak_powers_.row(i).dot(data.input) * settings_.power_max;
+  }
   double least_sum = 0.0;
   limit_relaxed_ = false;
   for (int k = 0; k < n; ++k) {
@@ -65,26 +59,50 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
     limit_relaxed_ = limit_relaxed_ || relaxed;
     // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
     // cools, no power above them is left in the stages before.
-    problem.limit[k] = (relaxed ? least_[k] : settings_.peak_max) - free_[k];
+    limit_[k] = relaxed ? least_[k] : settings_.peak_max;
+  }
+}
+
+void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+  const int n = inputs();
+  const double scale = settings_.power_max;
+  problem.resize(n, n);
+  problem.lower.setConstant(settings_.power_min / scale);
+  problem.upper.setConstant(1.0);
+
+  respond(data);
+  for (int k = 0; k < n; ++k) {
+    problem.limit[k] = limit_[k] - free_[k];
     for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? impulse_[k - j] : 0.0;
   }
 
-  // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …
+  // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …, where
+  // H(j-d, j) / 2 = sum over l < n - j of R0 h_l h_{l+d}: while R0 is 1, each is the one below it
+  // on its diagonal and one term more.
+  double weight[even(kMaxInputs)];
+  bool all_one = true;
+  for (int k = 0; k < n; ++k) {
+    weight[k] = state_weight(settings_.state_weight, data.cycle + k + 1);
+    all_one = all_one && weight[k] == 1.0;
+  }
+  for (int d = 0; d < n; ++d) {
+    double sum = 0.0;
+    for (int j = n - 1; j >= d; --j) {
+      if (all_one) {
+        sum += impulse_[n - 1 - j] * impulse_[n - 1 - j + d];
+      } else {
+        sum = 0.0;
+        for (int l = 0; l < n - j; ++l) sum += weight[l + j] * impulse_[l] * impulse_[l + d];
+      }
+      problem.hessian(j - d, j) = problem.hessian(j, j - d) = 2.0 * sum;
+    }
+  }
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
   for (int j = 0; j < n; ++j) {
     double gradient = 0.0;
-    for (int i = 0; i <= j; ++i) {
-      double sum = 0.0;
-      for (int k = j; k < n; ++k) {
-        const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
-        sum += weight * impulse_[k - i] * impulse_[k - j];
-      }
-      problem.hessian(i, j) = problem.hessian(j, i) = 2.0 * sum;
-    }
     for (int k = j; k < n; ++k) {
-      const double weight = state_weight(settings_.state_weight, data.cycle + k + 1);
-      gradient += weight * impulse_[k - j] * (free_[k] - settings_.peak_reference);
+      gradient += weight[k] * impulse_[k - j] * (free_[k] - settings_.peak_reference);
     }
     problem.gradient[j] = 2.0 * (gradient - r1 * data.power_reference / scale);
     problem.hessian(j, j) += 2.0 * (r1 + (j + 1 < n ? 2.0 * r2 : r2));

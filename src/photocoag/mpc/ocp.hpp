@@ -13,6 +13,9 @@
 
 namespace photocoag {
 
+/// R0(j) of the paper at j = n + k: 0 or 1.
+double state_weight(StateWeight kind, long long stage) noexcept;
+
 /// What changes from cycle to cycle.
 struct OcpData {
   const StateVector& state;      ///< x_0, order
@@ -34,15 +37,21 @@ class OptimalControlProblem {
   /// The quadratic program in v = u / u_max (dimensionless; costs in K2).
   void condense(const OcpData& data, QpProblem& problem) noexcept;
 
+  /// The first part of condense(): the outputs without inputs and the limits of all stages.
+  void respond(const OcpData& data) noexcept;
+
   /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds the reference for ever.
   double steady_power(const StateVector& input) const noexcept;
 
   int inputs() const noexcept { return settings_.horizon - 1; }
   double power_max() const noexcept { return settings_.power_max; }
-  /// True if the limit had to be relaxed in the last condense().
+  const ControlSettings& settings() const noexcept { return settings_; }
+  /// True if the limit had to be relaxed in the last respond() or condense().
   bool limit_relaxed() const noexcept { return limit_relaxed_; }
-  /// Peak at stage k = 1 … N-1 of the last condense() for powers u_min, K.
+  /// Peak at stage k = 1 … N-1 of the last respond() for powers u_min, K.
   double free_response(int stage) const noexcept { return least_[stage - 1]; }
+  /// max(y_max, free_response(k)), K: the limit in force at stage k = 1 … N-1.
+  double peak_limit(int stage) const noexcept { return limit_[stage - 1]; }
 
  private:
   ControlSettings settings_;
@@ -51,6 +60,7 @@ class OptimalControlProblem {
   InputVector free_;                                   // f_1 … f_{N-1}
   InputVector impulse_;                                // h_0 … h_{N-2} times u_max
   InputVector least_;                                  // y_1 … y_{N-1} at u = u_min
+  InputVector limit_;                                  // of y_1 … y_{N-1}, K
   bool limit_relaxed_ = false;
 };
 

@@ -20,6 +20,7 @@ void ControlSettings::validate() const {
           fmt::format("from 0 to below control.power_max_W = {} W", power_max));
   require_between(power_weight, 0.0, 1e9, "control.power_weight");
   require_between(power_change_weight, 0.0, 1e9, "control.power_change_weight");
+  require_between(osqp_tolerance, 1e-6, 0.1, "control.osqp_tolerance");
   if (state_weight == StateWeight::kDelayed) {
     // The first inputs are then scored by R1 and R2 alone: without them u0 is not unique. Below the
     // floor it is unique on paper only (the outputs' own scale is some 100 K2).

@@ -9,7 +9,11 @@ enum class StateWeight {
   kDelayed,   ///< the paper's chi_3: R0(j) = 0 for j = n + k in {1, 2, 3}, else 1
 };
 
-enum class SolverKind { kDense };
+enum class SolverKind {
+  kDense,          ///< DenseSolver: exact, bounded
+  kOsqp,           ///< OSQP on the sparse problem, states and inputs as variables: the paper's
+  kOsqpCondensed,  ///< OSQP on the condensed problem
+};
 
 struct ControlSettings {
   double period = 1e-3;          ///< s, control period T; 0.05 ms to 100 ms
@@ -22,6 +26,7 @@ struct ControlSettings {
   double power_weight = 0.0;         ///< K2/W2, R1 >= 0, at most 1e9
   double power_change_weight = 0.0;  ///< K2/W2, R2 >= 0, at most 1e9
   SolverKind solver = SolverKind::kDense;
+  double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
 
   /// Throws Error naming the key ("control.…"), the value and the range.
   void validate() const;

@@ -1,8 +1,9 @@
-// Over 400 lines: the algorithm, its data and the proof of its answer are read together.
 #include "photocoag/qp/dense.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include "photocoag/qp/kkt.hpp"
 
 namespace photocoag {
 namespace {
@@ -34,73 +35,35 @@ void axpy(double s, const double* __restrict x, double* __restrict y, int n) noe
   for (int i = 0; i < n; ++i) y[i] += s * x[i];
 }
 
-// max(worst, value), but infinity for NaN, and that stays.
-double worse(double worst, double value) noexcept {
-  return value > worst ? value : (value <= worst ? worst : kInfinity);
-}
-
-template <typename Matrix>
-bool all_finite(const Matrix& matrix) noexcept {
-  bool finite = true;
-  const double* data = matrix.data();
-  for (int i = 0; i < static_cast<int>(matrix.size()); ++i) finite &= std::abs(data[i]) < kInfinity;
-  return finite;
-}
-
 }  // namespace
 
 QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noexcept {
   const int n = static_cast<int>(problem.hessian.rows());
   const int m = static_cast<int>(problem.rows.rows());
   iterations_ = 0;
-  solution.kkt_residual = kInfinity;
 
-  QpStatus status = prepare(problem);
+  QpStatus status = examine(problem);
+  if (status == QpStatus::kSolved) status = prepare(problem);
   if (status == QpStatus::kSolved) {
     status = iterate(problem, std::min(iteration_limit_, iteration_bound(n, m)));
   }
-  solution.power.resize(n);
-  solution.bound_multiplier.setZero(n);
-  solution.row_multiplier.setZero(m);
-  if (status == QpStatus::kSolved) status = verify(problem, solution);
-  if (status != QpStatus::kSolved) {
-    for (int j = 0; j < n; ++j) {
-      const double lower = j < problem.lower.size() ? problem.lower(j) : 0.0;
-      const double upper = j < problem.upper.size() ? problem.upper(j) : 0.0;
-      solution.power(j) = std::abs(lower) < kInfinity ? lower : (upper < 0.0 ? upper : 0.0);
-    }
-    solution.bound_multiplier.setZero();
-    solution.row_multiplier.setZero();
-  }
+  if (status == QpStatus::kSolved) status = conclude(problem, solution);
+  if (status != QpStatus::kSolved) give_up(problem, solution);
   solution.iterations = iterations_;
   solution.status = status;
   return status;
 }
 
-// Checks the data, scales the box, and normalizes the rows that some u in the box violates.
+// Scales the box, and normalizes the rows that some u in the box violates.
 QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
   const int n = n_ = static_cast<int>(problem.hessian.rows());
   const int m = static_cast<int>(problem.rows.rows());
-  if (n < 1 || problem.hessian.cols() != n || problem.gradient.size() != n ||
-      problem.lower.size() != n || problem.upper.size() != n || problem.limit.size() != m ||
-      (m > 0 && problem.rows.cols() != n)) {
-    return QpStatus::kNumericalFailure;
-  }
-  if (!all_finite(problem.hessian) || !all_finite(problem.gradient) || !all_finite(problem.lower) ||
-      !all_finite(problem.upper) || !all_finite(problem.rows)) {
-    return QpStatus::kNumericalFailure;
-  }
-  for (int i = 0; i < m; ++i) {
-    if (!(problem.limit(i) > -kInfinity)) return QpStatus::kNumericalFailure;
-  }
-
   box_scale_.resize(n);
   d_.setZero(m);  // largest G_i u in the box
   z_.setZero(m);  // sum_j |G_ij| max(|lower_j|, |upper_j|)
   for (int j = 0; j < n; ++j) {
     const double lower = problem.lower(j);
     const double upper = problem.upper(j);
-    if (lower > upper) return QpStatus::kInfeasible;
     const double scale = std::max(std::abs(lower), std::abs(upper));
     box_scale_(j) = scale > 0.0 ? scale : 1.0;
     const double* column = problem.rows.data() + j * m;
@@ -389,57 +352,28 @@ void DenseSolver::add_normal(Constraint c, double factor, double* target) const 
 }
 
 // Writes u and the multipliers, and checks the KKT conditions on what was written.
-QpStatus DenseSolver::verify(const QpProblem& problem, QpSolution& solution) noexcept {
+QpStatus DenseSolver::conclude(const QpProblem& problem, QpSolution& solution) const noexcept {
   const int n = n_;
+  solution.power.resize(n);
+  solution.bound_multiplier.setZero(n);
+  solution.row_multiplier.setZero(problem.rows.rows());
   double* u = solution.power.data();
   for (int j = 0; j < n; ++j) u[j] = std::clamp(u_(j), problem.lower(j), problem.upper(j));
   for (int k = 0; k < active_count_; ++k) {
     const auto [index, sign] = active_[k];
-    multiplier_[k] = std::max(multiplier_[k], 0.0);  // more than rounding shows below
+    const double multiplier = std::max(multiplier_[k], 0.0);  // more than rounding shows below
     if (index < n) {
       u[index] = sign > 0.0 ? problem.upper(index) : problem.lower(index);
-      solution.bound_multiplier(index) = sign * multiplier_[k];
+      solution.bound_multiplier(index) = sign * multiplier;
     } else {
-      solution.row_multiplier(row_of_[index - n]) = multiplier_[k] / row_scales_(index - n);
+      solution.row_multiplier(row_of_[index - n]) = multiplier / row_scales_(index - n);
     }
   }
-
-  // Stationarity: H u + g + N m = 0, relative to the terms that cancel.
-  double* residual = z_.data();
-  double* terms = d_.data();
-  for (int j = 0; j < n; ++j) {
-    residual[j] = problem.gradient(j);
-    terms[j] = std::abs(problem.gradient(j));
-  }
-  for (int j = 0; j < n; ++j) {
-    const double* column = problem.hessian.data() + j * n;
-    axpy(u[j], column, residual, n);
-    for (int i = 0; i < n; ++i) terms[i] += std::abs(column[i]) * box_scale_(j);
-  }
-  for (int k = 0; k < active_count_; ++k) {
-    add_normal(active_[k], multiplier_[k], residual);
-    const int index = active_[k].index;
-    for (int i = 0; i < n; ++i) {
-      const double entry = index < n ? (i == index) : std::abs(normals_(i, index - n));
-      terms[i] += multiplier_[k] * entry;
-    }
-  }
-  double stationarity = 0.0;
-  for (int j = 0; j < n; ++j) {
-    stationarity =
-        worse(stationarity, terms[j] < kInfinity ? std::abs(residual[j]) / terms[j] : kInfinity);
-  }
-
-  // Rows hold, with equality if they are active. (Bounds do by construction.)
-  double feasibility = 0.0;
-  for (int i = 0; i < static_cast<int>(offsets_.size()); ++i) {
-    const double limit = problem.limit(row_of_[i]) / row_scales_(i);
-    const double excess = dot(normals_.data() + i * n, u, n) - limit;
-    feasibility = worse(feasibility, is_active_[n + i] ? std::abs(excess) : excess);
-  }
-  solution.kkt_residual = std::max(stationarity, feasibility);
-  const bool optimal = stationarity <= kStationary && feasibility <= kFeasible;
-  return optimal ? QpStatus::kSolved : QpStatus::kNumericalFailure;
+  const KktResidual kkt = evaluate_kkt(problem, solution);
+  solution.kkt_residual = kkt.largest();
+  const bool optimal = kkt.stationarity <= kStationary && kkt.feasibility <= kFeasible &&
+                       kkt.complementarity <= kFeasible;
+  return optimal ? QpStatus::kSolved : QpStatus::kKktFailed;
 }
 
 }  // namespace photocoag

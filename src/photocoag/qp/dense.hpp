@@ -15,6 +15,7 @@
 // Threads: one object per thread (about 60 KB of work space inside it).
 #pragma once
 
+#include "photocoag/core/real_time.hpp"
 #include "photocoag/qp/problem.hpp"
 
 namespace photocoag {
@@ -39,10 +40,9 @@ class DenseSolver {
   ///     scale; stationarity to 1e-11 of the largest terms that cancel in it.
   ///   kInfeasible: proved by multipliers; every u in the box violates some row by more than 1e-9
   ///     of the row's scale. A problem that is infeasible by less counts as feasible.
-  ///   kIterationLimit, kNumericalFailure: as in QpStatus; the latter also for sizes that do not
-  ///     match.
+  ///   kIterationLimit, kNumericalFailure, kKktFailed: as in QpStatus.
   /// Example and tests: tests/qp/test_dense.cpp.
-  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
+  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept PHOTOCOAG_NONBLOCKING;
 
  private:
   friend struct DenseSolverProbe;  // tests: the iterate at a stop before the end
@@ -61,7 +61,7 @@ class DenseSolver {
   QpStatus prepare(const QpProblem& problem) noexcept;
   bool factorize(const InputMatrix& hessian) noexcept;
   QpStatus iterate(const QpProblem& problem, int limit) noexcept;
-  QpStatus verify(const QpProblem& problem, QpSolution& solution) noexcept;
+  QpStatus conclude(const QpProblem& problem, QpSolution& solution) const noexcept;
 
   bool choose_violated(const QpProblem& problem) noexcept;
   double violation(const QpProblem& problem, Constraint c) const noexcept;

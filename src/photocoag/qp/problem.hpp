@@ -34,7 +34,8 @@ enum class QpStatus {
   kSolved,            ///< u is the minimizer, checked against the KKT conditions
   kInfeasible,        ///< no u satisfies the constraints; u = lower
   kIterationLimit,    ///< the bound on the work was reached; u = lower
-  kNumericalFailure,  ///< bad data, H not positive definite, or KKT check failed; u = lower
+  kNumericalFailure,  ///< bad data, or H not positive definite; u = lower
+  kKktFailed,  ///< an answer was found, but it does not satisfy the KKT conditions; u = lower
 };
 
 std::string_view to_string(QpStatus status) noexcept;
@@ -51,8 +52,15 @@ struct QpSolution {
   double kkt_residual = std::numeric_limits<double>::infinity();
 };
 
-/// What every solver offers: same input, same bits; no allocation, lock, exception or clock; a bad
-/// problem never affects the next one. The exam is tests/qp/exam.hpp.
+/// kSolved if a solver may look at the data; kNumericalFailure if sizes do not match or an entry is
+/// not finite (a limit may be +infinity); kInfeasible if some lower > upper.
+QpStatus examine(const QpProblem& problem) noexcept;
+
+/// The safe answer: every u_j at lower_j (see QpSolution), multipliers 0, no residual.
+void give_up(const QpProblem& problem, QpSolution& solution) noexcept;
+
+/// What every solver offers: no lock, exception or clock, and no allocation once it has seen the
+/// problem's sizes; a bad problem never spoils the next answer. The exam is tests/qp/exam.hpp.
 template <typename Solver>
 concept QpSolver = requires(Solver solver, const QpProblem& problem, QpSolution& solution) {
   { solver.solve(problem, solution) }

@@ -1,0 +1,33 @@
+// Role: the program; what the benchmarks share: clock, percentiles, JSON. Times in microseconds.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "commands.hpp"
+
+namespace photocoag {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+inline double elapsed_us(Clock::time_point begin) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+}
+
+/// The value below which `fraction` of the values lie (nearest rank).
+inline double percentile(std::vector<double> values, double fraction) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+/// To the file of --json, if there is one.
+void write_json(const BenchOptions& options, const Json& json);
+
+int bench_cycle(const BenchOptions& options);
+int bench_qp(const BenchOptions& options);
+int bench_first_cycle(const BenchOptions& options);
+
+}  // namespace photocoag

@@ -1,0 +1,307 @@
+// `photocoag bench qp`: the paper's Table 1 and more, for every solver in one run, on the problems
+// that closed loops on the simulated eye meet.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "bench.hpp"
+#include "photocoag/benchmark/qp_reference.hpp"
+#include "photocoag/benchmark/recording.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/report/plot.hpp"
+#include "photocoag/run/model_cache.hpp"
+#if PHOTOCOAG_HAS_OSQP
+#include "photocoag/osqp/sparse.hpp"
+#endif
+
+namespace photocoag {
+namespace {
+
+constexpr int kHorizons[] = {2, 5, 10, 15, 20};
+constexpr double kAlphas[] = {0.35, 0.7363, 1.1, 1.5};
+constexpr int kCycles = 250;
+using Exact = ModelPredictiveController<DenseSolver>;
+
+// The paper, Table 1: OSQP on another machine, us.
+constexpr double kPaperAverage[] = {60, 160, 290, 370, 410};
+constexpr double kPaperMaximum[] = {120, 340, 590, 650, 670};
+
+struct Problems {
+  Config config;
+  ReducedModel model;
+  std::vector<RecordedLoop> loops;
+  std::vector<std::vector<double>> exact_power;  // W, by loop and cycle; NaN: no reference
+};
+
+// One column of numbers: times of all steps, by step over the repetitions, and the u0 error.
+struct Record {
+  std::string name;
+  std::vector<double> us;
+  std::vector<double> first_us;
+  std::vector<double> least_us;  // of each step, over the repetitions
+  double power_error = std::numeric_limits<double>::quiet_NaN();  // W
+  int failures = 0;
+
+  double average() const {
+    double sum = 0.0;
+    for (const double t : us) sum += t;
+    return sum / static_cast<double>(us.size());
+  }
+  double worst_step() const { return percentile(least_us, 1.0); }
+};
+
+// A contender replays a loop: prepared outside the clock, then step by step inside.
+struct Contender {
+  std::string name;
+  // Makes a fresh one; what it returns does step n of the loop and returns u0 in W, NaN: failed.
+  std::function<std::function<double(const RecordedCycle&, long long)>(const Problems&)> start;
+};
+
+Problems record(int horizon, std::shared_ptr<const FullOrderModel>& full) {
+  Problems out{.config = load_config("", {fmt::format("control.horizon={}", horizon)}),
+               .model = {},
+               .loops = {},
+               .exact_power = {}};
+  ModelStore models(out.config, true);
+  out.model = models.reduced();
+  if (!full) full = models.plant_full();
+  for (const double alpha : kAlphas) {
+    SimulatedEye eye(
+        FullOrderPlant(full, out.config.plant.discretization, out.config.control.period, alpha),
+        out.config.plant.noise, out.loops.size() + 1);
+    out.loops.push_back(
+        record_loop(out.model, out.config.control, out.config.estimator, eye, alpha, kCycles));
+    Exact exact(out.model, out.config.control);
+    std::vector<double> powers;
+    for (long long n = 0; n < kCycles; ++n) {
+      const RecordedCycle& c = out.loops.back().cycles[static_cast<std::size_t>(n)];
+      exact.solve(c.state, c.input, n, c.previous_power);
+      const auto truth = reference_minimizer(exact.problem(), exact.solution());
+      powers.push_back(truth ? static_cast<double>(truth->power[0]) * out.config.control.power_max
+                             : std::numeric_limits<double>::quiet_NaN());
+    }
+    out.exact_power.push_back(std::move(powers));
+  }
+  return out;
+}
+
+template <PredictiveController M, typename... How>
+Contender controller(std::string name, double tolerance, How... how) {
+  return {std::move(name), [tolerance, how...](const Problems& problems) {
+            ControlSettings settings = problems.config.control;
+            settings.osqp_tolerance = tolerance;
+            auto mpc = std::make_shared<M>(problems.model, settings, how...);
+            return [mpc](const RecordedCycle& c, long long n) {
+              const MpcResult result = mpc->solve(c.state, c.input, n, c.previous_power);
+              return result.solver_status == QpStatus::kSolved
+                         ? result.power
+                         : std::numeric_limits<double>::quiet_NaN();
+            };
+          }};
+}
+
+// The whole cycle of the default controller: estimate, reference power, condense, solve, check,
+// gate.
+Contender whole_cycle() {
+  return {"whole cycle with dense", [](const Problems& problems) {
+            auto controller = std::make_shared<Controller>(problems.model, problems.config.control,
+                                                           problems.config.estimator);
+            return [controller](const RecordedCycle& c, long long n) {
+              return (n == 0 ? controller->decide() : controller->step(c.sample)).power;
+            };
+          }};
+}
+
+std::vector<Contender> contenders() {
+  std::vector<Contender> list = {controller<Exact>("dense: condense + solve", 1e-3), whole_cycle()};
+#if PHOTOCOAG_HAS_OSQP
+  list.push_back(
+      controller<SparseOsqpController>("osqp, unprepared, 1e-3", 1e-3, SparseForm::kUnprepared));
+  list.push_back(controller<SparseOsqpController>("osqp, 1e-3", 1e-3));
+  list.push_back(controller<SparseOsqpController>("osqp, 1e-6", 1e-6));
+  list.push_back(controller<SparseOsqpController>("osqp, model's states, 1e-3", 1e-3,
+                                                  SparseForm::kModelStates));
+  list.push_back(controller<CondensedOsqpController>("osqp-condensed, 1e-3", 1e-3));
+  list.push_back(controller<CondensedOsqpController>("osqp-condensed, 1e-6", 1e-6));
+#endif
+  return list;
+}
+
+void replay(const Contender& contender, const Problems& problems, int repetition, Record& out) {
+  for (std::size_t l = 0; l < problems.loops.size(); ++l) {
+    const RecordedLoop& loop = problems.loops[l];
+    const auto step = contender.start(problems);
+    for (std::size_t n = 0; n < loop.cycles.size(); ++n) {
+      const auto begin = Clock::now();
+      const double power = step(loop.cycles[n], static_cast<long long>(n));
+      const double us = elapsed_us(begin);
+      out.us.push_back(us);
+      if (n == 0) out.first_us.push_back(us);
+      const std::size_t index = l * loop.cycles.size() + n;
+      if (repetition == 0) {
+        out.least_us.push_back(us);
+      } else {
+        out.least_us[index] = std::min(out.least_us[index], us);
+      }
+      const double error = std::abs(power - problems.exact_power[l][n]);
+      if (std::isnan(power)) ++out.failures;
+      if (!std::isnan(error)) out.power_error = std::fmax(out.power_error, error);
+    }
+  }
+}
+
+// What reading the clock twice costs: in every time of the table.
+double clock_cost() {
+  std::vector<double> us;
+  for (int i = 0; i < 10000; ++i) us.push_back(elapsed_us(Clock::now()));
+  return percentile(us, 0.5);
+}
+
+void print_rows(int horizon, const std::vector<Record>& records) {
+  for (const Record& r : records) {
+    fmt::print(stderr, "{:>3}  {:<26} {:8.2f} {:8.2f} {:8.2f} {:8.2f} {:8.2f} {:8.2f}  {:8.1e}{}\n",
+               horizon, r.name, r.average(), percentile(r.us, 1.0), percentile(r.us, 0.5),
+               percentile(r.us, 0.99), percentile(r.first_us, 0.5), r.worst_step(), r.power_error,
+               r.failures > 0 ? fmt::format("  {} not solved", r.failures) : "");
+  }
+}
+
+Json to_json(int horizon, const Record& r) {
+  return {{"horizon", horizon},
+          {"name", r.name},
+          {"average_us", r.average()},
+          {"max_us", percentile(r.us, 1.0)},
+          {"median_us", percentile(r.us, 0.5)},
+          {"p99_us", percentile(r.us, 0.99)},
+          {"first_us_median", percentile(r.first_us, 0.5)},
+          {"worst_step_us", r.worst_step()},
+          {"power_error_W", r.power_error},
+          {"not_solved", r.failures}};
+}
+
+template <typename Matrix>
+Json numbers(const Matrix& matrix) {
+  Json out = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) out.push_back(matrix(i, j));
+  }
+  return out;
+}
+
+// min 1/2 u' H u + g' u, lower <= u <= upper, G u <= limit; matrices by rows; u in units of u_max.
+Json export_problems(int horizon, const Problems& problems) {
+  Json out = Json::array();
+  for (std::size_t l = 0; l < problems.loops.size(); ++l) {
+    Exact exact(problems.model, problems.config.control);
+    for (std::size_t n = 0; n < problems.loops[l].cycles.size(); ++n) {
+      const RecordedCycle& c = problems.loops[l].cycles[n];
+      exact.solve(c.state, c.input, static_cast<long long>(n), c.previous_power);
+      const QpProblem& qp = exact.problem();
+      out.push_back({{"horizon", horizon},
+                     {"loop", l},
+                     {"H", numbers(qp.hessian)},
+                     {"g", numbers(qp.gradient)},
+                     {"lower", numbers(qp.lower)},
+                     {"upper", numbers(qp.upper)},
+                     {"G", numbers(qp.rows)},
+                     {"limit", numbers(qp.limit)},
+                     {"u0", problems.exact_power[l][n] / problems.config.control.power_max}});
+    }
+  }
+  return out;
+}
+
+std::string figure(const std::vector<std::vector<Record>>& table) {
+  constexpr Ink kInks[] = {Ink::kSeries1, Ink::kSeries2, Ink::kSeries3, Ink::kSeries4,
+                           Ink::kSeries5, Ink::kSeries6, Ink::kNeutral, Ink::kMuted};
+  Panel ours{.title = "dense, median (solid) and worst step (dashed) in us"};
+  Panel osqp{.title = "OSQP update + solve, median in us"};
+  for (std::size_t s = 0; s < table.front().size(); ++s) {
+    Series median{.legend = table.front()[s].name, .ink = kInks[s % std::size(kInks)]};
+    Series worst{.ink = median.ink, .dash = Dash::kDashed};
+    for (std::size_t k = 0; k < table.size(); ++k) {
+      median.x.push_back(kHorizons[k]);
+      worst.x.push_back(kHorizons[k]);
+      median.y.push_back(percentile(table[k][s].us, 0.5));
+      worst.y.push_back(table[k][s].worst_step());
+    }
+    if (s < 2) {
+      ours.series.push_back(std::move(median));
+      ours.series.push_back(std::move(worst));
+    } else {
+      osqp.series.push_back(std::move(median));
+    }
+  }
+  ours.y_min = osqp.y_min = 0.0;
+  Figure drawing{.description = "Computation time of the solvers against the horizon N",
+                 .x_label = "horizon N",
+                 .x_min = 2.0,
+                 .x_max = 20.0,
+                 .panels = {std::move(ours)}};
+  if (!osqp.series.empty()) drawing.panels.push_back(std::move(osqp));
+  return render_figures({&drawing, 1}, SvgKind::kStandAlone).front();
+}
+
+}  // namespace
+
+int bench_qp(const BenchOptions& options) {
+  const std::vector<Contender> list = contenders();
+  std::shared_ptr<const FullOrderModel> full;
+  std::vector<std::vector<Record>> table;
+  Json rows = Json::array();
+  Json exported = Json::array();
+  const double clock = clock_cost();
+  fmt::print(stderr,
+             "photocoag {}: QPs of {} closed loops of {} cycles at 1 kHz, each {} times, solvers "
+             "interleaved; us, each with {:.3f} us of clock reading\n",
+             version(), std::size(kAlphas), kCycles, options.repetitions, clock);
+  fmt::print(stderr, "{:>3}  {:<26} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}  {:>8}\n", "N", "solver",
+             "average", "maximum", "median", "99 %", "first", "worst", "u0 err W");
+  for (std::size_t k = 0; k < std::size(kHorizons); ++k) {
+    const int horizon = kHorizons[k];
+    const Problems problems = record(horizon, full);
+    std::vector<Record> records(list.size());
+    for (int repetition = 0; repetition < options.repetitions; ++repetition) {
+      for (std::size_t s = 0; s < list.size(); ++s) {
+        records[s].name = list[s].name;
+        replay(list[s], problems, repetition, records[s]);
+      }
+    }
+    fmt::print(stderr, "{:>3}  {:<26} {:8.0f} {:8.0f}\n", horizon, "the paper's Table 1",
+               kPaperAverage[k], kPaperMaximum[k]);
+    print_rows(horizon, records);
+    for (const Record& r : records) rows.push_back(to_json(horizon, r));
+    if (!options.problems.empty()) {
+      for (Json& problem : export_problems(horizon, problems))
+        exported.push_back(std::move(problem));
+    }
+    table.push_back(std::move(records));
+  }
+  if (list.size() > 2) {
+    const auto median = [&](std::size_t s) { return percentile(table[1][s].us, 0.5); };
+    fmt::print(
+        stderr,
+        "N = 5, medians: OSQP's update + solve (sparse, 1e-3, as the paper) takes {:.0f} times as "
+        "long as condense + solve with dense, {:.0f} times as long as the whole cycle\n",
+        median(3) / median(0), median(3) / median(1));
+  }
+  fmt::print(stderr,
+             "worst: the largest over all steps of the least of {} repetitions of the same step\n",
+             options.repetitions);
+  write_json(options, {{"bench", options.name},
+                       {"version", version()},
+                       {"unit", "us"},
+                       {"clock_us", clock},
+                       {"rows", rows}});
+  if (!options.problems.empty()) write_file(options.problems, exported.dump() + "\n");
+  if (!options.svg.empty()) write_file(options.svg, figure(table));
+  return 0;
+}
+
+}  // namespace photocoag

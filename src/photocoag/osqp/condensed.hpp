@@ -1,0 +1,47 @@
+// Role: online, by choice (`control.solver = "osqp-condensed"`); OSQP on the condensed problem.
+// Used by mpc in place of DenseSolver. Source: as workspace.hpp.
+// Differences from the paper: condensed; rows and objective are normalized, so that the tolerance
+// is relative to the data and not to their units; H is checked to be definite; u is clipped to the
+// box. Units: none. Real time: as workspace.hpp, allocation-free for sizes that were prepared.
+// The answer is as good as the tolerance and depends on the problems before (warm start).
+#pragma once
+
+#include "photocoag/osqp/workspace.hpp"
+#include "photocoag/qp/problem.hpp"
+
+namespace photocoag {
+
+enum class RowPattern {
+  kFull,
+  kLowerTriangular,  ///< G_ij = 0 for j > i, as in every condensed optimal control problem
+};
+
+class CondensedOsqp {
+ public:
+  explicit CondensedOsqp(double tolerance = 1e-3) : tolerance_(tolerance) {}
+
+  /// Sets OSQP up for problems of one size. Allocates; throws Error.
+  void prepare(int inputs, int rows, RowPattern pattern = RowPattern::kFull);
+
+  /// As DenseSolver::solve, but to the tolerance. Sizes that were not prepared are prepared first
+  /// (allocates); a row that leaves the pattern is kNumericalFailure. kkt_residual is evaluated
+  /// independently of OSQP, on the clipped answer; above 100 tolerances: kKktFailed.
+  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
+
+  /// The next solve starts cold.
+  void forget() noexcept { workspace_.forget(); }
+
+ private:
+  bool fill(const QpProblem& problem) noexcept;
+  void read(const QpProblem& problem, QpSolution& solution) const noexcept;
+
+  double tolerance_;
+  int inputs_ = 0;
+  int rows_ = 0;
+  RowPattern pattern_ = RowPattern::kFull;
+  OsqpWorkspace workspace_;
+  InputVector row_scale_;
+  double objective_scale_ = 1.0;
+};
+
+}  // namespace photocoag

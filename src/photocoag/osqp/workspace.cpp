@@ -1,0 +1,181 @@
+#include "photocoag/osqp/workspace.hpp"
+
+#include <osqp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr c_int kRhoInterval = 25;  // iterations, as often as OSQP looks at its residuals
+
+// Larger numbers overflow in OSQP's scaling, which then stays spoilt, and it calls NaN solved.
+constexpr double kLargest = 1e15;
+
+bool usable(const std::vector<double>& values) noexcept {
+  bool usable = true;
+  for (const double v : values) usable &= std::abs(v) <= kLargest || std::abs(v) == kOsqpInfinity;
+  return usable;
+}
+
+bool all_finite(const double* values, c_int count) noexcept {
+  bool finite = true;
+  for (c_int i = 0; i < count; ++i) {
+    finite &= std::abs(values[i]) < std::numeric_limits<double>::infinity();
+  }
+  return finite;
+}
+
+QpStatus meaning(c_int status) noexcept {
+  switch (status) {
+    case OSQP_SOLVED:
+      return QpStatus::kSolved;
+    case OSQP_PRIMAL_INFEASIBLE:
+    case OSQP_PRIMAL_INFEASIBLE_INACCURATE:
+      return QpStatus::kInfeasible;
+    case OSQP_MAX_ITER_REACHED:
+    case OSQP_SOLVED_INACCURATE:
+      return QpStatus::kIterationLimit;
+    default:
+      return QpStatus::kNumericalFailure;
+  }
+}
+
+csc view(const SparseMatrix& matrix, std::vector<c_int>& start, std::vector<c_int>& row,
+         std::vector<c_float>& value) {
+  start.assign(matrix.start.begin(), matrix.start.end());
+  row.assign(matrix.row.begin(), matrix.row.end());
+  value.assign(matrix.value.begin(), matrix.value.end());
+  csc out{};
+  out.nzmax = static_cast<c_int>(value.size());
+  out.m = matrix.rows;
+  out.n = matrix.columns;
+  out.p = start.data();
+  out.i = row.data();
+  out.x = value.data();
+  out.nz = -1;
+  return out;
+}
+
+}  // namespace
+
+std::size_t SparseMatrix::add(int at_row, double v) {
+  row.push_back(at_row);
+  value.push_back(v);
+  return value.size() - 1;
+}
+
+void SparseMatrix::next_column() {
+  if (start.empty()) start.push_back(0);
+  start.push_back(static_cast<long long>(value.size()));
+  ++columns;
+}
+
+struct OsqpWorkspace::Handle {
+  OSQPWorkspace* work = nullptr;
+  bool cold = true;  // nothing to forget; the next solve brings all matrices
+
+  Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (work != nullptr) osqp_cleanup(work);
+  }
+};
+
+OsqpWorkspace::OsqpWorkspace() = default;
+OsqpWorkspace::~OsqpWorkspace() = default;
+OsqpWorkspace::OsqpWorkspace(OsqpWorkspace&&) noexcept = default;
+OsqpWorkspace& OsqpWorkspace::operator=(OsqpWorkspace&&) noexcept = default;
+
+void OsqpWorkspace::set_up(SparseProblem problem, double tolerance) {
+  problem_ = std::move(problem);
+  handle_ = std::make_unique<Handle>();
+  std::vector<c_int> starts[2];
+  std::vector<c_int> rows[2];
+  std::vector<c_float> values[2];
+  csc P = view(problem_.P, starts[0], rows[0], values[0]);
+  csc A = view(problem_.A, starts[1], rows[1], values[1]);
+  const OSQPData data{.n = P.n,
+                      .m = A.m,
+                      .P = &P,
+                      .A = &A,
+                      .q = problem_.q.data(),
+                      .l = problem_.lower.data(),
+                      .u = problem_.upper.data()};
+  OSQPSettings settings;
+  osqp_set_default_settings(&settings);
+  settings.adaptive_rho_interval = kRhoInterval;
+  settings.eps_abs = tolerance;
+  settings.eps_rel = tolerance;
+  settings.verbose = 0;
+  const c_int failure = osqp_setup(&handle_->work, &data, &settings);
+  if (failure != 0) {
+    throw Error({.key = "control.solver",
+                 .problem = "OSQP could not be set up",
+                 .found = "OSQP error " + std::to_string(failure),
+                 .accepted = "another problem, or control.solver = \"dense\""});
+  }
+}
+
+QpStatus OsqpWorkspace::solve(bool new_P, bool new_A) noexcept {
+  if (!handle_ || !usable(problem_.q) || !usable(problem_.lower) || !usable(problem_.upper) ||
+      !usable(problem_.P.value) || !usable(problem_.A.value)) {
+    return QpStatus::kNumericalFailure;
+  }
+  new_P = new_P || handle_->cold;
+  new_A = new_A || handle_->cold;
+  OSQPWorkspace* work = handle_->work;
+  // q first: the scaling that follows new matrices looks at it.
+  c_int failure = osqp_update_lin_cost(work, problem_.q.data());
+  failure |= osqp_update_bounds(work, problem_.lower.data(), problem_.upper.data());
+  if (new_P && new_A) {
+    failure |= osqp_update_P_A(work, problem_.P.value.data(), OSQP_NULL, 0, problem_.A.value.data(),
+                               OSQP_NULL, 0);
+  } else if (new_A) {
+    failure |= osqp_update_A(work, problem_.A.value.data(), OSQP_NULL, 0);
+  } else if (new_P) {
+    failure |= osqp_update_P(work, problem_.P.value.data(), OSQP_NULL, 0);
+  }
+  QpStatus status = QpStatus::kNumericalFailure;
+  if (failure == 0) {
+    handle_->cold = false;
+    failure = osqp_solve(work);
+    if (failure == 0) status = meaning(work->info->status_val);
+    if (status == QpStatus::kSolved &&
+        !(all_finite(x(), work->data->n) && all_finite(y(), work->data->m))) {
+      status = QpStatus::kNumericalFailure;
+    }
+  }
+  if (status != QpStatus::kSolved) forget();
+  return status;
+}
+
+void OsqpWorkspace::forget() noexcept {
+  if (!handle_ || handle_->cold) return;
+  OSQPWorkspace* work = handle_->work;
+  for (c_int i = 0; i < work->data->n; ++i) work->x[i] = 0.0;
+  for (c_int i = 0; i < work->data->m; ++i) work->z[i] = work->y[i] = 0.0;
+  // And its scaling to 1, in case it was spoilt: new matrices are scaled from there.
+  OSQPScaling& scaling = *work->scaling;
+  for (c_int i = 0; i < work->data->n; ++i) scaling.D[i] = scaling.Dinv[i] = 1.0;
+  for (c_int i = 0; i < work->data->m; ++i) scaling.E[i] = scaling.Einv[i] = 1.0;
+  scaling.c = scaling.cinv = 1.0;
+  osqp_update_rho(work, RHO);
+  handle_->cold = true;
+}
+
+const double* OsqpWorkspace::x() const noexcept { return handle_->work->solution->x; }
+const double* OsqpWorkspace::y() const noexcept { return handle_->work->solution->y; }
+int OsqpWorkspace::iterations() const noexcept {
+  return handle_ ? static_cast<int>(handle_->work->info->iter) : 0;
+}
+double OsqpWorkspace::residual() const noexcept {
+  return std::max(handle_->work->info->pri_res, handle_->work->info->dua_res);
+}
+
+}  // namespace photocoag

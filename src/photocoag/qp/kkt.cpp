@@ -1,0 +1,92 @@
+#include "photocoag/qp/kkt.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace photocoag {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// max(worst, value), but infinity for NaN, and that stays.
+double worse(double worst, double value) noexcept {
+  return value > worst ? value : (value <= worst ? worst : kInfinity);
+}
+
+double relative(double value, double scale) noexcept {
+  if (value == 0.0) return 0.0;
+  return scale < kInfinity ? value / scale : kInfinity;
+}
+
+}  // namespace
+
+double KktResidual::largest() const noexcept {
+  return std::max({stationarity, feasibility, complementarity});
+}
+
+KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept {
+  const int n = static_cast<int>(problem.hessian.rows());
+  const int m = static_cast<int>(problem.rows.rows());
+  const double* u = solution.power.data();
+  const double* bound_multiplier = solution.bound_multiplier.data();
+  const double* row_multiplier = solution.row_multiplier.data();
+  double residual[even(kMaxInputs)];
+  double terms[even(kMaxInputs)];
+  double value[even(kMaxInputs)];  // G u
+  double scale[even(kMaxInputs)];  // of the rows
+  for (int j = 0; j < n; ++j) {
+    residual[j] = problem.gradient(j) + bound_multiplier[j];
+    terms[j] = std::abs(problem.gradient(j)) + std::abs(bound_multiplier[j]);
+  }
+  for (int i = 0; i < m; ++i) value[i] = scale[i] = 0.0;
+  KktResidual out{0.0, 0.0, 0.0};
+  // Plain loops: the order of the sums must not depend on where the data lie.
+  for (int j = 0; j < n; ++j) {
+    const double box = std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
+    const double* column = problem.hessian.data() + j * n;
+    for (int i = 0; i < n; ++i) residual[i] += column[i] * u[j];
+    for (int i = 0; i < n; ++i) terms[i] += std::abs(column[i]) * box;
+    const double* row = problem.rows.data() + j * m;
+    for (int i = 0; i < m; ++i) {
+      value[i] += row[i] * u[j];
+      scale[i] += std::abs(row[i]) * box;
+    }
+    double force = 0.0;
+    double size = 0.0;
+    for (int i = 0; i < m; ++i) {
+      force += row[i] * row_multiplier[i];
+      size += std::abs(row[i] * row_multiplier[i]);
+    }
+    residual[j] += force;
+    terms[j] += size;
+  }
+  double energy = 0.0;
+  for (int j = 0; j < n; ++j) {
+    out.stationarity = worse(out.stationarity, relative(std::abs(residual[j]), terms[j]));
+    energy += terms[j] * std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
+  }
+  for (int j = 0; j < n; ++j) {
+    const double above = u[j] - problem.upper(j);
+    const double below = problem.lower(j) - u[j];
+    const double box = std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
+    out.feasibility = worse(out.feasibility, relative(std::max({above, below, 0.0}), box));
+    const double slack = bound_multiplier[j] > 0.0 ? above : below;
+    out.complementarity =
+        worse(out.complementarity, relative(std::abs(slack * bound_multiplier[j]), energy));
+  }
+  for (int i = 0; i < m; ++i) {
+    const double l = row_multiplier[i];
+    if (problem.limit(i) == kInfinity) {
+      if (l != 0.0) out.complementarity = kInfinity;
+      continue;
+    }
+    const double row_scale = std::max(scale[i], std::abs(problem.limit(i)));
+    const double excess = value[i] - problem.limit(i);
+    out.feasibility = worse(out.feasibility, relative(std::max(excess, 0.0), row_scale));
+    out.complementarity = worse(out.complementarity,
+                                relative(l < 0.0 ? -l * row_scale : std::abs(excess * l), energy));
+  }
+  return out;
+}
+
+}  // namespace photocoag

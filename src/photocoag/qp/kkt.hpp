@@ -1,0 +1,31 @@
+// Role: online; how far an answer is from the Karush-Kuhn-Tucker conditions, whoever computed it.
+// Used by every solver on every answer. Source: docs/control.md (the conditions),
+// docs/equations.md. Units: none; every figure is relative to the terms that cancel in it, so that
+// scaling of rows or objective changes nothing. Real time: noexcept, O(n (n + m)), no heap; same
+// input, same bits.
+#pragma once
+
+#include "photocoag/qp/problem.hpp"
+
+namespace photocoag {
+
+/// For lower <= u <= upper, G u <= limit, H u + g + G' l + b = 0, l >= 0, b_j > 0 at upper only and
+/// b_j < 0 at lower only. Infinity where something is not finite.
+struct KktResidual {
+  /// max_j |H u + g + G' l + b|_j over the sum of the absolute terms in it (inputs at box size)
+  double stationarity = std::numeric_limits<double>::infinity();
+  /// largest violation of a row over max(|limit|, sum_j |G_ij| max(|lower_j|, |upper_j|)), or of a
+  /// bound over max(|lower_j|, |upper_j|)
+  double feasibility = std::numeric_limits<double>::infinity();
+  /// max |slack times multiplier|, and a negative l times its row's scale, over the energy: the sum
+  /// over j of the terms of stationarity times the box size
+  double complementarity = std::numeric_limits<double>::infinity();
+
+  double largest() const noexcept;
+};
+
+/// Precondition: sizes of `solution` fit `problem`, whose data are finite (examine() in
+/// problem.hpp). Tests: tests/qp/test_kkt.cpp.
+KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept;
+
+}  // namespace photocoag
