@@ -27,10 +27,17 @@ struct ModelSettings {
 enum class PlantModel { kFull, kReduced };
 
 /// The simulated eye.
+/// What a period without power shows.
+enum class ZeroPowerSample {
+  kMeasured,  ///< a sample: a second laser probes
+  kMissing,   ///< nothing: a single laser measures only while it emits
+};
+
 struct PlantSettings {
   PlantModel model = PlantModel::kFull;
   double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
   double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
+  ZeroPowerSample zero_power_sample = ZeroPowerSample::kMeasured;
   Discretization discretization = Discretization::kZeroOrderHold;
   Tissue tissue;                ///< [tissue] with the differences of [plant.tissue] applied
   bool tissue_differs = false;  ///< true if [plant.tissue] was given

@@ -84,6 +84,18 @@ void add_control(ControlSettings& s, std::vector<Field>& list) {
               "R1, on power against its steady value"),
        number(key("power_change_weight"), s.power_change_weight, kWeight, {0, 1e9},
               "R2, on the change of power"),
+       numbers(key("reference_times_ms"), s.reference_times, kMilliseconds, {0, 60000},
+               "ascending; of reference_K. Both empty: peak_reference_K throughout"),
+       numbers(key("reference_K"), s.reference_values, kKelvin, {0, 150, true},
+               "references at these times, linear between, constant beyond the last"),
+       word(key("robust"), s.robust, {"none", "certified"},
+            "certified: the limit holds for the estimate plus robust_sigma deviations and the "
+            "model's proved error"),
+       number(key("robust_sigma"), s.robust_sigma, kOne, {0, 10}, "standard deviations"),
+       integer(key("delay_cycles"), s.delay, 0, 1,
+               "periods from a sample to the power computed from it"),
+       integer(key("solve_every"), s.solve_every, 1, 49,
+               "periods from one solution to the next, below horizon; its plan in between"),
        word(key("solver"), s.solver, {"dense", "osqp", "osqp-condensed"},
             "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
             "problem",
@@ -183,6 +195,8 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
             "the full-order model of [grid], or a reduced one"),
        number("plant.absorption_factor", s.absorption_factor, kOne, {0.05, 5}, "the true alpha"),
        number("plant.noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample"),
+       word("plant.zero_power_sample", s.zero_power_sample, {"measured", "missing"},
+            "missing: a single laser measures only while it emits; then see control.power_min_W"),
        discretization("plant.discretization", s.discretization,
                       "exact for constant power, the paper's scheme, or one of second order")});
 }

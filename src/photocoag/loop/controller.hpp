@@ -6,11 +6,13 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "photocoag/core/real_time.hpp"
 #include "photocoag/estimation/ekf.hpp"
 #include "photocoag/loop/gate.hpp"
 #include "photocoag/mpc/mpc.hpp"
+#include "photocoag/mpc/robust.hpp"
 #include "photocoag/qp/dense.hpp"
 
 namespace photocoag {
@@ -45,7 +47,17 @@ class BasicController {
   /// Throws Error on bad settings or a model for another period.
   BasicController(const ReducedModel& model, const ControlSettings& control,
                   const EstimatorSettings& estimator)
-      : filter_(model, estimator), mpc_(model, control), power_max_(control.power_max) {}
+      : filter_(model, estimator),
+        mpc_(model, control),
+        transition_(model.A_d),
+        delay_(control.delay),
+        solve_every_(control.solve_every),
+        power_max_(control.power_max) {
+    if (control.robust == Robustness::kCertified) {
+      robust_.emplace(model, control, estimator.absorption_max);
+    }
+    state_ = filter_.state();
+  }
 
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
@@ -55,22 +67,31 @@ class BasicController {
     previous_power_ = power;
     ++cycle_;  // periods, not solves: a period that the controller missed counts
     filter_.predict(power);
+    if (robust_) robust_->observe(power);
     const UpdateStatus status = filter_.update(sample.volume_temperature);
     return estimate(status);
   }
 
   /// The power of the coming period.
   Decision decide() noexcept PHOTOCOAG_NONBLOCKING {
-    const MpcResult result =
-        mpc_.solve(filter_.state(), filter_.matrices().input, cycle_, previous_power_);
-    const GateResult passed = gate(result.power, power_max_);
+    const int stage = static_cast<int>(decisions_ % solve_every_);
+    if (stage == 0) {
+      last_ = solve();
+    } else if constexpr (requires { mpc_.planned(stage); }) {
+      last_.power = last_.status == MpcStatus::kSolved || last_.status == MpcStatus::kRelaxed
+                        ? mpc_.planned(stage)
+                        : 0.0;
+    }
+    ++decisions_;
+    const GateResult passed = gate(last_.power, power_max_);
     previous_power_ = passed.power;
+    pending_power_ = passed.power;
     return {.power = passed.power,
-            .power_reference = result.power_reference,
-            .status = result.status,
+            .power_reference = last_.power_reference,
+            .status = last_.status,
             .gate = passed.verdict,
-            .iterations = result.iterations,
-            .limit_active = result.limit_active};
+            .iterations = stage == 0 ? last_.iterations : 0,
+            .limit_active = last_.limit_active};
   }
 
   /// observe and decide: sample in, power out.
@@ -90,11 +111,39 @@ class BasicController {
   const ExtendedKalmanFilter& filter() const noexcept { return filter_; }
 
  private:
+  // From the state at which the new power begins to act: with a delay of one period that is the end
+  // of the period that the power decided last is about to heat.
+  MpcResult solve() noexcept PHOTOCOAG_NONBLOCKING {
+    const StateVector& input = filter_.matrices().input;
+    state_ = filter_.state();
+    if (delay_ == 1) state_ = (transition_ * state_ + input * pending_power_).eval();
+    const double previous = delay_ == 1 ? pending_power_ : previous_power_;
+    if constexpr (requires(const LimitTightening* t) {
+                    mpc_.solve(state_, input, cycle_, previous, t);
+                  }) {
+      if (robust_) {
+        return mpc_.solve(state_, input, cycle_ + delay_, previous,
+                          &robust_->tighten(filter_.covariance(), filter_.absorption_factor(),
+                                            filter_.absorption_sigma(), delay_ == 1,
+                                            delay_ == 1 ? pending_power_ : 0.0));
+      }
+    }
+    return mpc_.solve(state_, input, cycle_ + delay_, previous);
+  }
+
   ExtendedKalmanFilter filter_;
   Mpc mpc_;
+  std::optional<RobustLimit> robust_;
+  StateMatrix transition_;
+  StateVector state_;
+  int delay_;
+  int solve_every_;
   double power_max_;
-  double previous_power_ = 0.0;
+  double previous_power_ = 0.0;  // applied
+  double pending_power_ = 0.0;   // decided last
   long long cycle_ = 0;
+  long long decisions_ = 0;
+  MpcResult last_;
 };
 
 /// The default: the exact solver.

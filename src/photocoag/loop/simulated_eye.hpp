@@ -18,12 +18,17 @@ struct Reading {
   Outputs truth;
 };
 
+struct EyeTiming {
+  int delay = 0;                ///< periods until a written power is emitted, 0 or 1
+  bool dark_is_silent = false;  ///< a period without power gives no sample
+};
+
 template <Plant P>
 class SimulatedEye {
  public:
   /// noise: K, standard deviation of the sample; drawn from (seed, cycle) alone.
-  SimulatedEye(P plant, double noise, std::uint64_t seed)
-      : plant_(std::move(plant)), noise_(noise), seed_(seed) {}
+  SimulatedEye(P plant, double noise, std::uint64_t seed, EyeTiming timing = {})
+      : plant_(std::move(plant)), noise_(noise), seed_(seed), timing_(timing) {}
 
   /// The laser's new power, W. Feeds its watchdog.
   void write(double power) noexcept {
@@ -36,10 +41,15 @@ class SimulatedEye {
   Reading advance(std::uint64_t cycle) noexcept {
     if (periods_since_write_ >= 2) power_ = 0.0;
     ++periods_since_write_;
-    plant_.step(power_);
+    const double emitted = timing_.delay == 0 ? power_ : delayed_power_;
+    delayed_power_ = power_;
+    plant_.step(emitted);
     const Outputs truth = plant_.outputs();
     const double noise = noise_ * standard_normal(seed_, cycle, RandomStream::kMeasurementNoise);
-    return {.sample = {.volume_temperature = truth.volume + noise, .applied_power = power_},
+    const bool silent = timing_.dark_is_silent && emitted == 0.0;
+    return {.sample = {.volume_temperature =
+                           silent ? Sample{}.volume_temperature : truth.volume + noise,
+                       .applied_power = emitted},
             .truth = truth};
   }
 
@@ -47,7 +57,9 @@ class SimulatedEye {
   P plant_;
   double noise_;
   std::uint64_t seed_;
+  EyeTiming timing_;
   double power_ = 0.0;
+  double delayed_power_ = 0.0;  // written one period ago
   int periods_since_write_ = 0;
 };
 

@@ -67,14 +67,16 @@ class ModelPredictiveController {
   /// The power of cycle n = 0, 1, … from the estimate (x, B(alpha)). `previous_power`: what was
   /// applied last.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,
-                  double previous_power) noexcept PHOTOCOAG_NONBLOCKING {
+                  double previous_power,
+                  const LimitTightening* tightening = nullptr) noexcept PHOTOCOAG_NONBLOCKING {
     MpcResult result;
-    result.power_reference = ocp_.steady_power(input);
+    result.power_reference = ocp_.steady_power(input, cycle);
     ocp_.condense({.state = state,
                    .input = input,
                    .cycle = cycle,
                    .power_reference = result.power_reference,
-                   .previous_power = cycle == 0 ? result.power_reference : previous_power},
+                   .previous_power = cycle == 0 ? result.power_reference : previous_power,
+                   .tightening = tightening},
                   problem_);
     result.solver_status = solver_.solve(problem_, solution_);
     result.iterations = solution_.iterations;
@@ -86,6 +88,11 @@ class ModelPredictiveController {
     result.limit_active = (solution_.row_multiplier.array() > 0.0).any();
     result.power = solution_.power[0] * ocp_.power_max();
     return result;
+  }
+
+  /// Power of stage k = 0 … N-2 of the last plan, W; 0 if there is none.
+  double planned(int stage) const noexcept {
+    return solution_.status == QpStatus::kSolved ? solution_.power[stage] * ocp_.power_max() : 0.0;
   }
 
   const OptimalControlProblem& ocp() const noexcept { return ocp_; }

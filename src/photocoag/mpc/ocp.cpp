@@ -37,10 +37,14 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
   impulse_.setZero(inputs());
   least_.setZero(inputs());
   limit_.setZero(inputs());
+  limit_impulse_.setZero(inputs());
+  limit_free_.setZero(inputs());
 }
 
-double OptimalControlProblem::steady_power(const StateVector& input) const noexcept {
-  return settings_.peak_reference / steady_row_.dot(input);
+double OptimalControlProblem::steady_power(const StateVector& input,
+                                           long long cycle) const noexcept {
+  return settings_.reference_at(static_cast<double>(cycle) * settings_.period) /
+         steady_row_.dot(input);
 }
 
 void OptimalControlProblem::respond(const OcpData& data) noexcept {
@@ -48,13 +52,19 @@ void OptimalControlProblem::respond(const OcpData& data) noexcept {
   const double least_power = settings_.power_min / settings_.power_max;
   for (int i = 0; i < n; ++i) {
     impulse_[i] = peak_powers_.row(i).dot(data.input) * settings_.power_max;
+    limit_impulse_[i] = impulse_[i];
+    if (data.tightening != nullptr) {
+      limit_impulse_[i] = peak_powers_.row(i).dot(data.tightening->input) * settings_.power_max +
+                          data.tightening->impulse[i];
+    }
   }
   double least_sum = 0.0;
   limit_relaxed_ = false;
   for (int k = 0; k < n; ++k) {
     free_[k] = peak_powers_.row(k + 1).dot(data.state);
-    least_sum += impulse_[k];
-    least_[k] = free_[k] + least_sum * least_power;
+    limit_free_[k] = free_[k] + (data.tightening != nullptr ? data.tightening->free[k] : 0.0);
+    least_sum += limit_impulse_[k];
+    least_[k] = limit_free_[k] + least_sum * least_power;
     const bool relaxed = least_[k] > settings_.peak_max;
     limit_relaxed_ = limit_relaxed_ || relaxed;
     // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
@@ -72,8 +82,8 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
 
   respond(data);
   for (int k = 0; k < n; ++k) {
-    problem.limit[k] = limit_[k] - free_[k];
-    for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? impulse_[k - j] : 0.0;
+    problem.limit[k] = limit_[k] - limit_free_[k];
+    for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? limit_impulse_[k - j] : 0.0;
   }
 
   // Output k + 1 depends on inputs 0 … k through the same Toeplitz rows G: H = 2 G'R0 G + …, where
@@ -97,12 +107,17 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
       problem.hessian(j - d, j) = problem.hessian(j, j - d) = 2.0 * sum;
     }
   }
+  double reference[even(kMaxInputs)];
+  for (int k = 0; k < n; ++k) {
+    reference[k] =
+        settings_.reference_at(static_cast<double>(data.cycle + k + 1) * settings_.period);
+  }
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
   for (int j = 0; j < n; ++j) {
     double gradient = 0.0;
     for (int k = j; k < n; ++k) {
-      gradient += weight[k] * impulse_[k - j] * (free_[k] - settings_.peak_reference);
+      gradient += weight[k] * impulse_[k - j] * (free_[k] - reference[k]);
     }
     problem.gradient[j] = 2.0 * (gradient - r1 * data.power_reference / scale);
     problem.hessian(j, j) += 2.0 * (r1 + (j + 1 < n ? 2.0 * r2 : r2));

@@ -16,6 +16,14 @@ namespace photocoag {
 /// R0(j) of the paper at j = n + k: 0 or 1.
 double state_weight(StateWeight kind, long long stage) noexcept;
 
+/// What the limit's rows have more than the predicted peak: an upper bound of the peak instead of
+/// its estimate (mpc/robust.hpp). All entries not negative.
+struct LimitTightening {
+  StateVector input;    ///< B_d at the largest plausible alpha, order
+  InputVector free;     ///< K, at stages 1 … N-1 whatever the powers
+  InputVector impulse;  ///< K for u_max, i periods after the power, i = 1 … N-1
+};
+
 /// What changes from cycle to cycle.
 struct OcpData {
   const StateVector& state;      ///< x_0, order
@@ -23,11 +31,14 @@ struct OcpData {
   long long cycle = 0;           ///< n, for the delayed state weight
   double power_reference = 0.0;  ///< u_ref, W
   double previous_power = 0.0;   ///< u_prev, W
+  const LimitTightening* tightening = nullptr;
 };
 
 /// min  sum_{k=1}^{N-1} R0(n+k) (y_k - y_ref)^2 + R1 sum_{k=0}^{N-2} (u_k - u_ref)^2
 ///      + R2 ((u_0 - u_prev)^2 + sum_{k=1}^{N-2} (u_k - u_{k-1})^2)
 /// s.t. u_min <= u_k <= u_max,  y_k <= max(y_max, y_k at u = u_min),  k = 1 … N-1,
+/// With a tightening the second line holds for f_k + free_k + sum_{j<k} (h'_{k-1-j} +
+/// impulse_{k-1-j}) u_j, h'_i = C_peak A^i input. y_ref may change from stage to stage.
 /// with y_k = f_k + sum_{j<k} h_{k-1-j} u_j, f_k = C_peak A^k x_0, h_i = C_peak A^i B.
 class OptimalControlProblem {
  public:
@@ -40,8 +51,8 @@ class OptimalControlProblem {
   /// The first part of condense(): the outputs without inputs and the limits of all stages.
   void respond(const OcpData& data) noexcept;
 
-  /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds the reference for ever.
-  double steady_power(const StateVector& input) const noexcept;
+  /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds cycle n's reference for ever.
+  double steady_power(const StateVector& input, long long cycle = 0) const noexcept;
 
   int inputs() const noexcept { return settings_.horizon - 1; }
   double power_max() const noexcept { return settings_.power_max; }
@@ -59,6 +70,8 @@ class OptimalControlProblem {
   StateVector steady_row_;                             // (I - A)^-T C_peak
   InputVector free_;                                   // f_1 … f_{N-1}
   InputVector impulse_;                                // h_0 … h_{N-2} times u_max
+  InputVector limit_impulse_;                          // the same in the limit's rows
+  InputVector limit_free_;                             // and f_1 … f_{N-1}
   InputVector least_;                                  // y_1 … y_{N-1} at u = u_min
   InputVector limit_;                                  // of y_1 … y_{N-1}, K
   bool limit_relaxed_ = false;

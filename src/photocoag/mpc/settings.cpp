@@ -2,9 +2,43 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <string_view>
+
 #include "photocoag/core/check.hpp"
 
 namespace photocoag {
+namespace {
+
+void require_valid_reference(const ControlSettings& s) {
+  require(
+      s.reference_times.size() == s.reference_values.size(), "control.reference_K",
+      fmt::format("{} numbers", s.reference_values.size()),
+      fmt::format("one for each of the {} control.reference_times_ms", s.reference_times.size()));
+  double last = -1.0;
+  for (const double time : s.reference_times) {
+    require(time >= 0.0 && time <= 60.0 && time > last, "control.reference_times_ms", time * 1e3,
+            "ascending times from 0 to 60000 ms");
+    last = time;
+  }
+  for (const double value : s.reference_values) {
+    require(value > 0.0 && value < s.peak_max, "control.reference_K", value,
+            fmt::format("above 0, below the limit control.peak_max_K = {} K", s.peak_max));
+  }
+}
+
+}  // namespace
+
+double ControlSettings::reference_at(double time) const noexcept {
+  if (reference_times.empty()) return peak_reference;
+  std::size_t next = 0;
+  while (next < reference_times.size() && reference_times[next] <= time) ++next;
+  if (next == 0) return reference_values.front();
+  if (next == reference_times.size()) return reference_values.back();
+  const double share =
+      (time - reference_times[next - 1]) / (reference_times[next] - reference_times[next - 1]);
+  return reference_values[next - 1] + share * (reference_values[next] - reference_values[next - 1]);
+}
 
 void ControlSettings::validate() const {
   require_between(period * 1e3, 0.05, 100.0, "control.period_ms");
@@ -21,6 +55,14 @@ void ControlSettings::validate() const {
   require_between(power_weight, 0.0, 1e9, "control.power_weight");
   require_between(power_change_weight, 0.0, 1e9, "control.power_change_weight");
   require_between(osqp_tolerance, 1e-6, 0.1, "control.osqp_tolerance");
+  require_valid_reference(*this);
+  require_between(robust_sigma, 0.0, 10.0, "control.robust_sigma");
+  require(delay == 0 || delay == 1, "control.delay_cycles", delay, "0 or 1");
+  require(solve_every >= 1 && solve_every < horizon, "control.solve_every", solve_every,
+          fmt::format("from 1 to below control.horizon = {}", horizon));
+  require(solver != SolverKind::kOsqp || (robust == Robustness::kNone && solve_every == 1),
+          "control.solver", std::string_view("osqp"),
+          "dense or osqp-condensed with control.robust or control.solve_every");
   if (state_weight == StateWeight::kDelayed) {
     // The first inputs are then scored by R1 and R2 alone: without them u0 is not unique. Below the
     // floor it is unique on paper only (the outputs' own scale is some 100 K2).

@@ -2,6 +2,8 @@
 // Source: paper, section 3, OCP(n) and cost J_n.
 #pragma once
 
+#include <vector>
+
 namespace photocoag {
 
 enum class StateWeight {
@@ -15,6 +17,12 @@ enum class SolverKind {
   kOsqpCondensed,  ///< OSQP on the condensed problem
 };
 
+/// What the peak limit is tightened by.
+enum class Robustness {
+  kNone,       ///< nothing: the limit holds for the estimate
+  kCertified,  ///< the model's running error bound and robust_sigma standard deviations (E25)
+};
+
 struct ControlSettings {
   double period = 1e-3;          ///< s, control period T; 0.05 ms to 100 ms
   int horizon = 5;               ///< N, 2 to 50; N - 1 free inputs
@@ -25,8 +33,21 @@ struct ControlSettings {
   StateWeight state_weight = StateWeight::kConstant;
   double power_weight = 0.0;         ///< K2/W2, R1 >= 0, at most 1e9
   double power_change_weight = 0.0;  ///< K2/W2, R2 >= 0, at most 1e9
+  /// Times, s, ascending from 0 on, and peak temperatures, K: linear between, constant beyond the
+  /// last; both empty: peak_reference throughout.
+  std::vector<double> reference_times;
+  std::vector<double> reference_values;
+  Robustness robust = Robustness::kNone;
+  double robust_sigma = 4.0;  ///< standard deviations, 0 to 10
+  /// Periods from a sample to the power computed from it: 0 (at once) or 1.
+  int delay = 0;
+  /// Periods from one solution to the next, 1 to N - 1: the plan's powers in between.
+  int solve_every = 1;
   SolverKind solver = SolverKind::kDense;
   double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
+
+  /// Reference at time t, s. No allocation.
+  double reference_at(double time) const noexcept;
 
   /// Throws Error naming the key ("control.…"), the value and the range.
   void validate() const;

@@ -139,7 +139,7 @@ MpcResult SparseOsqpController::solve(const StateVector& state, const StateVecto
   const int inputs = ocp_.inputs();
   const int states = (inputs + 1) * n;
   MpcResult result;
-  result.power_reference = ocp_.steady_power(input);
+  result.power_reference = ocp_.steady_power(input, cycle);
   const double previous = cycle == 0 ? result.power_reference : previous_power;
   ocp_.respond({.state = state, .input = input});
 
@@ -154,10 +154,11 @@ MpcResult SparseOsqpController::solve(const StateVector& state, const StateVecto
   std::size_t entry = 0;
   for (int k = 0; k < inputs; ++k) {
     const double weight = state_weight(s.state_weight, cycle + k + 1);
+    const double reference = s.reference_at(static_cast<double>(cycle + k + 1) * s.period);
     new_weights = new_weights || weight != weights_[k];
     weights_[k] = weight;
     for (int j = 0; j < n; ++j) {
-      qp.q[(k + 1) * n + j] = -2.0 * weight * s.peak_reference * output_[j];
+      qp.q[(k + 1) * n + j] = -2.0 * weight * reference * output_[j];
       for (int i = 0; i <= j; ++i) {
         qp.P.value[state_entries_[entry++]] = 2.0 * weight * output_[i] * output_[j];
       }

@@ -18,7 +18,10 @@ namespace {
 template <PredictiveController M, Plant P>
 void run(const Config& config, BasicController<M>& controller, P plant, Pacing pacing,
          const std::atomic<bool>& stop, std::atomic<std::size_t>& progress, Treatment& treatment) {
-  SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed);
+  SimulatedEye<P> eye(
+      std::move(plant), config.plant.noise, config.run.seed,
+      {.delay = config.control.delay,
+       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
   const double period = config.control.period;
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
