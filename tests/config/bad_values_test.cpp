@@ -123,11 +123,13 @@ const std::vector<BadOverride> kOverrides = {
      "control.horizon: found 5.0 (a number); accepted: an integer from 2 to 50"},
 #if !PHOTOCOAG_HAS_OSQP
     {{"control.solver=osqp"}, "control.solver: not available in this build, which found no OSQP 0"},
-#endif
+#else
     {{"control.solver=oSQP"},
      "control.solver: found \"oSQP\"; accepted: \"dense\" or \"osqp\" or \"osqp-condensed\""},
-    {{"control.solver=1"}, "control.solver: found 1 (an integer); accepted: \"dense\" or"},
-    {{"control.osqp_tolerance=0"}, "control.osqp_tolerance: found 0; accepted: a number from 1e-06"},
+#endif
+    {{"control.solver=1"}, "control.solver: found 1 (an integer); accepted: \"dense\""},
+    {{"control.osqp_tolerance=0"},
+     "control.osqp_tolerance: found 0; accepted: a number from 1e-06"},
     {{"control.state_weight=2"},
      "control.state_weight: found 2 (an integer); accepted: \"constant\" or \"delayed\""},
     {{"estimator.kind=mhe"}, "estimator.kind: found \"mhe\"; accepted: \"ekf\""},

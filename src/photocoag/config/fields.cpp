@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -214,9 +215,11 @@ std::string range_words(const Range& range, const Unit& of) {
                          : fmt::format("{} to {}{}", low, high, unit);
 }
 
-std::string word_list(const WordField& field) {
+std::string word_list(const WordField& field, bool available_only) {
   std::string list;
   for (const std::string_view w : field.words) {
+    const auto& missing = field.unavailable;
+    if (available_only && std::find(missing.begin(), missing.end(), w) != missing.end()) continue;
     list += fmt::format("{}\"{}\"", list.empty() ? "" : " or ", w);
   }
   return list;
@@ -285,7 +288,7 @@ std::string range_text(const Field& field) {
     return i->high == kLargest ? fmt::format("{} to 2^63 - 1", i->low)
                                : fmt::format("{} to {}", i->low, i->high);
   }
-  if (const auto* w = std::get_if<WordField>(&field.value)) return word_list(*w);
+  if (const auto* w = std::get_if<WordField>(&field.value)) return word_list(*w, false);
   return "";
 }
 
@@ -303,7 +306,7 @@ std::string accepted(const Field& field) {
   if (std::holds_alternative<IntegerField>(field.value)) {
     return "an integer from " + range_text(field);
   }
-  if (std::holds_alternative<WordField>(field.value)) return range_text(field);
+  if (const auto* w = std::get_if<WordField>(&field.value)) return word_list(*w, true);
   if (const auto* t = std::get_if<TextField>(&field.value)) {
     return t->is_path ? "a file name in quotes" : "text in quotes, without control characters";
   }

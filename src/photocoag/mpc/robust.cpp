@@ -1,0 +1,103 @@
+#include "photocoag/mpc/robust.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+ErrorCertificate certificate_of(const ReducedModel& model) {
+  if (!model.certificate) {
+    throw Error(ErrorParts{.key = "control.robust",
+                           .problem = "the reduced model has no proved error bound",
+                           .found = "\"certified\"",
+                           .accepted = "\"none\", or a model with a certificate: see `photocoag "
+                                       "reduce`, which says why there is none"});
+  }
+  return *model.certificate;
+}
+
+}  // namespace
+
+RobustLimit::RobustLimit(const ReducedModel& model, const ControlSettings& settings,
+                         double absorption_max)
+    : model_(model),
+      certificate_(certificate_of(model)),
+      sigmas_(settings.robust_sigma),
+      power_max_(settings.power_max),
+      absorption_max_(absorption_max),
+      stages_(settings.horizon - 1) {
+  settings.validate();
+  certificate_.validate();
+  const Eigen::Index n = model.order();
+  peak_powers_.resize(settings.horizon, n);
+  peak_powers_.row(0) = model.C_peak.transpose();
+  for (int k = 1; k < settings.horizon; ++k) {
+    peak_powers_.row(k) = (peak_powers_.row(k - 1) * model.A_d).eval();
+  }
+  const std::size_t terms = certificate_.decay.size();
+  for (int i = 0; i <= stages_; ++i) {
+    for (std::size_t j = 0; j < terms; ++j) {
+      majorant_.push_back(certificate_.peak.majorant[j] * std::pow(certificate_.decay[j], i));
+    }
+  }
+  sigma_.setZero(stages_);
+  pending_excess_.setZero(n);
+  tightening_.input.setZero(n);
+  tightening_.free.setZero(stages_);
+  tightening_.impulse.setZero(stages_);
+  model_.evaluate(1.0, matrices_);  // gives the matrices their sizes
+}
+
+void RobustLimit::observe(double power) noexcept {
+  for (std::size_t j = 0; j < certificate_.decay.size(); ++j) {
+    applied_[j] = certificate_.decay[j] * applied_[j] + std::max(power, 0.0);
+  }
+}
+
+double RobustLimit::largest_scale(double low, double high) const noexcept {
+  // The scale is linear between nodes: its largest value is at a node or at an end, and the node
+  // next to an end is at least as far out.
+  const std::vector<double>& nodes = certificate_.absorption_factors;
+  double largest = 0.0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const bool before = i + 1 < nodes.size() && nodes[i + 1] <= low;
+    const bool behind = i > 0 && nodes[i - 1] >= high;
+    if (!before && !behind) largest = std::max(largest, certificate_.peak.scale[i]);
+  }
+  return largest;
+}
+
+const LimitTightening& RobustLimit::finish(double alpha, double alpha_sigma, bool delayed,
+                                           double pending) noexcept {
+  const double low = alpha - sigmas_ * alpha_sigma;
+  const double high = std::max(alpha, std::min(alpha + sigmas_ * alpha_sigma, absorption_max_));
+  model_.evaluate(alpha, matrices_);
+  tightening_.input = matrices_.input;
+  model_.evaluate(high, matrices_);
+  // What a pending power may heat more than the estimate says.
+  pending_excess_ = (matrices_.input - tightening_.input) * pending;
+  tightening_.input = matrices_.input;
+  std::array<double, kMaxMajorantTerms> applied = applied_;
+  const double scale = largest_scale(low, high);
+  const std::size_t terms = certificate_.decay.size();
+  for (std::size_t j = 0; delayed && j < terms; ++j) {
+    applied[j] = certificate_.decay[j] * applied[j] + pending;
+  }
+  for (int k = 0; k < stages_; ++k) {
+    double left = 0.0;    // of the powers applied so far, at stage k + 1
+    double caused = 0.0;  // by a power k + 1 periods before
+    for (std::size_t j = 0; j < terms; ++j) {
+      left += majorant_[(static_cast<std::size_t>(k) + 1) * terms + j] * applied[j];
+      caused += majorant_[static_cast<std::size_t>(k) * terms + j];
+    }
+    tightening_.free[k] = sigmas_ * sigma_[k] + scale * left +
+                          std::max(0.0, peak_powers_.row(k + 1).dot(pending_excess_));
+    tightening_.impulse[k] = scale * caused * power_max_;
+  }
+  return tightening_;
+}
+
+}  // namespace photocoag
