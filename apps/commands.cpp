@@ -24,6 +24,7 @@
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/tissue_margin.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
@@ -111,6 +112,14 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
 }
 
+void print_margin(const TissueMargin& margin, const Config& controlled) {
+  fmt::print(stderr,
+             "margin    the declared uncertainty brings the peak to {:.2f} K at worst ({})\n"
+             "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K: then {:.2f} K\n",
+             margin.peak_unprotected, margin.worst, margin.factor,
+             controlled.control.peak_reference, controlled.control.peak_max, margin.peak_protected);
+}
+
 int run(const RunOptions& options, Pacing pacing) {
   std::vector<std::string> overrides = options.set;
   if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
@@ -131,6 +140,13 @@ int run(const RunOptions& options, Pacing pacing) {
                  : std::string("reduced model"),
              config.plant.absorption_factor);
 
+  Config controlled = config;
+  if (config.uncertainty.declared()) {
+    const TissueMargin margin = tissue_margin(config, model);
+    controlled = backed_off(config, margin);
+    print_margin(margin, controlled);
+  }
+
   // From here on the run has a place, whatever happens later.
   open_run_folder(folder, config);
   stop_on_signals();
@@ -139,7 +155,7 @@ int run(const RunOptions& options, Pacing pacing) {
   {
     const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
                               config.cycles());
-    treatment = run_treatment(config, models, pacing, stop_requested, done);
+    treatment = run_treatment(controlled, models, pacing, stop_requested, done);
   }
   bool complete = true;
   try {

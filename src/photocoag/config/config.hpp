@@ -44,6 +44,18 @@ struct PlantSettings {
   bool operator==(const PlantSettings&) const = default;
 };
 
+/// How far the eye may differ from [tissue], relative, either way; 0: not declared.
+struct UncertaintySettings {
+  double spot_radius = 0.0;  ///< 0 to 0.5
+  double thickness = 0.0;    ///< of every layer, independently; 0 to 0.5
+  double absorption = 0.0;   ///< of every layer that alpha does not scale; 0 to 0.5
+
+  bool declared() const noexcept {
+    return spot_radius > 0.0 || thickness > 0.0 || absorption > 0.0;
+  }
+  bool operator==(const UncertaintySettings&) const = default;
+};
+
 struct RunSettings {
   double duration = 0.25;  ///< s, above 0, at most 60; at least one control period
   std::uint64_t seed = 1;  ///< 0 to 2^63 - 1
@@ -56,6 +68,7 @@ struct Config {
   ModelSettings model;
   GridSettings grid;
   Tissue tissue;
+  UncertaintySettings uncertainty;
   PlantSettings plant;
   RunSettings run;
   bool operator==(const Config&) const = default;

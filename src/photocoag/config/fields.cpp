@@ -202,6 +202,16 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
                       "exact for constant power, the paper's scheme, or one of second order")});
 }
 
+void add_uncertainty(UncertaintySettings& s, std::vector<Field>& list) {
+  list.insert(list.end(),
+              {number("uncertainty.spot_radius", s.spot_radius, kOne, {0, 0.5},
+                      "relative, either way: 0.1 is 10 %"),
+               number("uncertainty.thickness", s.thickness, kOne, {0, 0.5},
+                      "the same, of every layer by itself"),
+               number("uncertainty.absorption", s.absorption, kOne, {0, 0.5},
+                      "the same, of the layers that alpha does not scale (the choroid)")});
+}
+
 std::string round_number(double value) {
   if (std::abs(value) < 1e6) return fmt::format("{}", value);
   return fmt::format("1e{}", std::lround(std::log10(value)));  // the table has powers of ten only
@@ -234,6 +244,8 @@ const std::vector<Section>& sections() {
       {"model", "what the controller believes: a reduced model"},
       {"grid", "the full-order model, of the eye and behind the reduced model"},
       {"tissue", "what the model is built from; temperatures are rises over ambient"},
+      {"uncertainty",
+       "how far the eye may differ from [tissue]; reference and limit are backed off"},
       {"plant", "the simulated eye"},
       {"plant.tissue", "the true eye where it differs from [tissue]; shown complete"},
       {"run", "one treatment"},
@@ -249,6 +261,7 @@ std::vector<Field> fields(Config& config) {
   list.push_back(integer("grid.min_cells", config.grid.min_cells, 1000, 5'000'000,
                          "the grid has at least so many cells; the paper: more than 80000"));
   add_tissue("tissue", config.tissue, list);
+  add_uncertainty(config.uncertainty, list);
   add_plant(config.plant, list);
   add_tissue("plant.tissue", config.plant.tissue, list);
   list.push_back(number("run.duration_ms", config.run.duration, kMilliseconds, {0, 60000, true},
