@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "photocoag/run/spots.hpp"
+
 namespace photocoag {
 
 /// Options that several commands share.
@@ -53,6 +55,12 @@ struct DiscretizationsOptions : CommonOptions {
   std::string out;  ///< folder for CSV and figure; may be empty
 };
 
+struct SpotsOptions : CommonOptions {
+  std::size_t count = 1000;
+  SpotRange range;
+  std::string csv;  ///< file for one row per spot; may be empty
+};
+
 struct BenchOptions {
   std::string name;          ///< cycle, qp, first-cycle
   std::string json;          ///< file; - is standard output
@@ -72,6 +80,7 @@ int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
+int spots_command(const SpotsOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

@@ -257,6 +257,30 @@ int run_command(int argc, char** argv) {
              "                                of its own in the source tree, see benchmarks/"));
   bench_app->callback([&] { exit_code = bench(bench_options); });
 
+  SpotsOptions spots_options;
+  CLI::App* spots_app = app.add_subcommand(
+      "spots", "treat many random spots with the nominal and the robust controller");
+  add_common(*spots_app, spots_options);
+  spots_app->add_option("--count", spots_options.count, "spots; seeds 1 to count")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("n");
+  spots_app->add_option("--alpha-low", spots_options.range.alpha_low, "smallest absorption factor")
+      ->check(CLI::Range(0.05, 5.0))
+      ->type_name("a");
+  spots_app->add_option("--alpha-high", spots_options.range.alpha_high, "largest")
+      ->check(CLI::Range(0.05, 5.0))
+      ->type_name("a");
+  spots_app->add_option("--csv", spots_options.csv, "one row per spot and controller")
+      ->type_name("FILE");
+  spots_app->footer(
+      footer("  photocoag spots\n"
+             "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"
+             "  photocoag spots --set uncertainty.spot_radius_relative=0.1 --set "
+             "uncertainty.thickness_relative=0.1 "
+             "--set uncertainty.absorption_relative=0.1\n"
+             "The quantities of [uncertainty] are random too, and the robust controller is told."));
+  spots_app->callback([&] { exit_code = spots_command(spots_options); });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

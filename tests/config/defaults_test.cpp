@@ -23,6 +23,12 @@ power_min_W         = 0.0
 state_weight        = "constant"   # R0 = 1, or "delayed"
 power_weight        = 0.0          # R1, K2/W2
 power_change_weight = 0.0          # R2, K2/W2
+reference_times_ms  = []           # beyond the contract, down to solve_every
+reference_K         = []
+robust              = "none"
+robust_sigma        = 4.0
+delay_cycles        = 0
+solve_every         = 1
 solver              = "dense"      # or "osqp"
 osqp_tolerance      = 1e-3         # beyond the contract
 
@@ -69,10 +75,16 @@ layers = [                         # in the order in which the light meets them
   { name = "sclera",      thickness_um = 700.0, absorption_per_m = 0.0 },
 ]
 
+[uncertainty]
+spot_radius_relative = 0.0
+thickness_relative   = 0.0
+absorption_relative  = 0.0
+
 [plant]                            # the simulated eye
 model               = "full"       # or "reduced"
 absorption_factor   = 1.1          # the true alpha
 noise_K             = 0.288
+zero_power_sample = "measured"
 discretization      = "zero-order-hold"
 
 [run]
@@ -205,7 +217,8 @@ TEST(ConfigDefaults, IntegerRangesAreTheEnforcedOnes) {
     const auto* integer = std::get_if<IntegerField>(&field.value);
     if (integer == nullptr) continue;
     const auto set = [&](std::int64_t value) {
-      return load_config("", {field.key + "=" + std::to_string(value)});
+      // solve_every has to be below the horizon.
+      return load_config("", {"control.horizon=50", field.key + "=" + std::to_string(value)});
     };
     EXPECT_NO_THROW(set(integer->low)) << field.key;
     EXPECT_NO_THROW(set(integer->high)) << field.key;

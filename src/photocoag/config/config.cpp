@@ -102,9 +102,9 @@ void Config::validate() const {
   estimator.validate();
   model.reduction.validate();
   grid.validate();
-  require_between(uncertainty.spot_radius, 0.0, 0.5, "uncertainty.spot_radius");
-  require_between(uncertainty.thickness, 0.0, 0.5, "uncertainty.thickness");
-  require_between(uncertainty.absorption, 0.0, 0.5, "uncertainty.absorption");
+  require_between(uncertainty.spot_radius, 0.0, 0.5, "uncertainty.spot_radius_relative");
+  require_between(uncertainty.thickness, 0.0, 0.5, "uncertainty.thickness_relative");
+  require_between(uncertainty.absorption, 0.0, 0.5, "uncertainty.absorption_relative");
   tissue.validate("tissue");
   require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
   require_between(plant.noise, 0.0, 20.0, "plant.noise_K");

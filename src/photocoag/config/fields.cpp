@@ -204,11 +204,11 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
 
 void add_uncertainty(UncertaintySettings& s, std::vector<Field>& list) {
   list.insert(list.end(),
-              {number("uncertainty.spot_radius", s.spot_radius, kOne, {0, 0.5},
+              {number("uncertainty.spot_radius_relative", s.spot_radius, kOne, {0, 0.5},
                       "relative, either way: 0.1 is 10 %"),
-               number("uncertainty.thickness", s.thickness, kOne, {0, 0.5},
+               number("uncertainty.thickness_relative", s.thickness, kOne, {0, 0.5},
                       "the same, of every layer by itself"),
-               number("uncertainty.absorption", s.absorption, kOne, {0, 0.5},
+               number("uncertainty.absorption_relative", s.absorption, kOne, {0, 0.5},
                       "the same, of the layers that alpha does not scale (the choroid)")});
 }
 

@@ -35,8 +35,8 @@ struct ControlSettings {
   double power_change_weight = 0.0;  ///< K2/W2, R2 >= 0, at most 1e9
   /// Times, s, ascending from 0 on, and peak temperatures, K: linear between, constant beyond the
   /// last; both empty: peak_reference throughout.
-  std::vector<double> reference_times;
-  std::vector<double> reference_values;
+  std::vector<double> reference_times = {};
+  std::vector<double> reference_values = {};
   Robustness robust = Robustness::kNone;
   double robust_sigma = 4.0;  ///< standard deviations, 0 to 10
   /// Periods from a sample to the power computed from it: 0 (at once) or 1.

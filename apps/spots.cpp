@@ -1,0 +1,109 @@
+// `photocoag spots`: random spots under the nominal and the robust controller, side by side.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/spots.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+std::vector<double> column(const std::vector<SpotOutcome>& spots, double SpotOutcome::*member) {
+  std::vector<double> values;
+  for (const SpotOutcome& spot : spots) values.push_back(spot.*member);
+  return values;
+}
+
+void print_row(const std::string& name, const std::vector<SpotOutcome>& spots) {
+  std::size_t violating = 0;
+  std::vector<double> alpha_errors;
+  for (const SpotOutcome& spot : spots) {
+    violating += spot.violations > 0 ? 1 : 0;
+    alpha_errors.push_back(std::abs(spot.absorption_error));
+  }
+  const auto peaks = column(spots, &SpotOutcome::peak_max);
+  const auto times = column(spots, &SpotOutcome::time_to_95_percent);
+  const auto held = column(spots, &SpotOutcome::held_mean);
+  const auto rms = column(spots, &SpotOutcome::rms_error);
+  fmt::print(
+      "{:<22}{:>6}{:>9.2f}{:>9.2f}{:>8.1f}{:>8.1f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.1f}\n", name,
+      violating, quantile(peaks, 0.99), quantile(peaks, 1.0), 1e3 * quantile(times, 0.5),
+      1e3 * quantile(times, 0.99), quantile(held, 0.01), quantile(held, 0.99), quantile(rms, 0.5),
+      quantile(rms, 0.99), 100.0 * quantile(alpha_errors, 0.99));
+}
+
+std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& spots) {
+  std::string text;
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    const SpotOutcome& s = spots[i];
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{}\n", name, i + 1, s.alpha, s.peak_max, s.violations,
+                    s.time_to_95_percent, s.held_mean, s.rms_error, s.absorption_error);
+  }
+  return text;
+}
+
+}  // namespace
+
+int spots_command(const SpotsOptions& options) {
+  Config nominal = load_config(options.config, options.set);
+  nominal.control.robust = Robustness::kNone;
+  Config robust = nominal;
+  robust.control.robust = Robustness::kCertified;
+  ModelStore models(nominal, !options.no_cache,
+                    [](std::string_view stage, double f) { draw_progress("reducing", f, stage); });
+  const ReducedModel& model = models.reduced();
+  clear_progress();
+  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
+  const double limit = nominal.control.peak_max;
+  fmt::print(
+      "{} spots, alpha {:g} to {:g}, full-order eyes, {:g} ms, N = {}, noise {:g} K, limit {:g} "
+      "K\n",
+      options.count, options.range.alpha_low, options.range.alpha_high,
+      nominal.control.period * 1e3, nominal.control.horizon, nominal.plant.noise, limit);
+  if (nominal.uncertainty.declared()) {
+    const TissueMargin margin = tissue_margin(robust, model);
+    robust = backed_off(robust, margin);
+    fmt::print(
+        "tissue off by up to {:g} / {:g} / {:g} % (spot radius / thicknesses / absorption): "
+        "robust aims at {:.2f} K, limit {:.2f} K\n",
+        100 * nominal.uncertainty.spot_radius, 100 * nominal.uncertainty.thickness,
+        100 * nominal.uncertainty.absorption, robust.control.peak_reference,
+        robust.control.peak_max);
+  }
+  fmt::print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K",
+             "to 95 % ms", "held K", "RMS error K", "alpha %");
+  fmt::print("{:<22}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>9}\n", "controller", "over",
+             "99 %", "max", "median", "99 %", "1 %", "99 %", "median", "99 %", "99 %");
+  std::string csv =
+      "controller,seed,absorption_factor,peak_true_max_K,violations,time_to_95_percent_s,held_mean_"
+      "K,"
+      "rms_error_K,absorption_error\n";
+  for (const auto& [name, config] : {std::pair<std::string, const Config*>("nominal", &nominal),
+                                     std::pair<std::string, const Config*>("robust", &robust)}) {
+    const auto spots =
+        treat_spots(*config, model, options.range, limit, options.count,
+                    [&name](std::string_view stage, double f) { draw_progress(name, f, stage); });
+    clear_progress();
+    print_row(name, spots);
+    csv += csv_rows(name, spots);
+  }
+  if (!options.csv.empty()) write_file(options.csv, csv);
+  return 0;
+}
+
+}  // namespace photocoag

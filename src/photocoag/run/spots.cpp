@@ -1,0 +1,111 @@
+#include "photocoag/run/spots.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <thread>
+
+#include "photocoag/core/random.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
+
+namespace photocoag {
+namespace {
+
+// Number i of spot `seed`, uniform over [low, high].
+double draw(std::uint64_t seed, std::uint64_t i, double low, double high) {
+  return low + (high - low) * uniform(seed, i, RandomStream::kRandomSpot);
+}
+
+Tissue random_tissue(const Config& config, std::uint64_t seed) {
+  const UncertaintySettings& u = config.uncertainty;
+  Tissue tissue = config.plant.tissue;
+  std::uint64_t next = 1;
+  const auto factor = [&](double relative) {
+    return 1.0 + draw(seed, next++, -relative, relative);
+  };
+  tissue.spot_radius *= factor(u.spot_radius);
+  for (Layer& layer : tissue.layers) {
+    layer.thickness *= factor(u.thickness);
+    if (!layer.scaled_by_alpha) layer.absorption *= factor(u.absorption);
+  }
+  return tissue;
+}
+
+SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
+                       const std::shared_ptr<const FullOrderModel>& eye_model, double alpha,
+                       double limit, std::uint64_t seed) {
+  Controller controller(model, config.control, config.estimator);
+  SimulatedEye<FullOrderPlant> eye(
+      FullOrderPlant(eye_model, config.plant.discretization, config.control.period, alpha),
+      config.plant.noise, seed,
+      {.delay = config.control.delay,
+       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
+  const std::atomic<bool> stop{false};
+  std::atomic<std::size_t> cycles{0};
+  VirtualPace pace(stop);
+  std::vector<CycleRecord> records(config.cycles());
+  run_loop(controller, eye, pace, config.control.period, records, cycles);
+
+  const double reference = config.control.peak_reference;
+  SpotOutcome outcome{.alpha = alpha, .time_to_95_percent = config.run.duration};
+  bool reached = false;
+  double sum = 0.0;
+  double squares = 0.0;
+  std::size_t late = 0;
+  for (const CycleRecord& record : records) {
+    const double peak = record.truth.peak;
+    outcome.peak_max = std::max(outcome.peak_max, peak);
+    outcome.violations += peak > limit ? 1 : 0;
+    if (!reached && peak >= 0.95 * reference) {
+      reached = true;
+      outcome.time_to_95_percent = record.time;
+    }
+    if (record.time <= 0.05) continue;
+    sum += peak;
+    squares += (peak - reference) * (peak - reference);
+    ++late;
+  }
+  if (late > 0) {
+    outcome.held_mean = sum / static_cast<double>(late);
+    outcome.rms_error = std::sqrt(squares / static_cast<double>(late));
+  }
+  outcome.absorption_error = records.back().estimate.absorption_factor / alpha - 1.0;
+  return outcome;
+}
+
+}  // namespace
+
+std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
+                                     const SpotRange& range, double limit, std::size_t count,
+                                     const Progress& progress) {
+  const bool same_tissue = !config.uncertainty.declared();
+  const auto shared = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
+  std::vector<SpotOutcome> outcomes(count);
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> done{0};
+  // Takes spots until none is left; only the calling thread reports.
+  const auto work = [&](const Progress& report) {
+    for (std::size_t i = next++; i < count; i = next++) {
+      const std::uint64_t seed = i + 1;
+      const auto eye = same_tissue ? shared
+                                   : std::make_shared<const FullOrderModel>(
+                                         random_tissue(config, seed), config.grid);
+      outcomes[i] = treat_spot(config, model, eye, draw(seed, 0, range.alpha_low, range.alpha_high),
+                               limit, seed);
+      ++done;
+      if (report) report("treating spots", double(done) / double(count));
+    }
+  };
+  std::vector<std::thread> others;
+  for (unsigned n = 1; n < std::max(1U, std::thread::hardware_concurrency()); ++n) {
+    others.emplace_back(work, Progress{});
+  }
+  work(progress);
+  for (std::thread& other : others) other.join();
+  return outcomes;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,39 @@
+// Role: study; many random spots treated with the nominal and with the robust controller. Used by
+// `photocoag spots`. Source: docs/control.md (robust mode). Units: SI.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/mor/reduce.hpp"
+
+namespace photocoag {
+
+/// What is random about a spot: alpha uniform over [low, high], the declared quantities of
+/// [uncertainty] uniform within theirs, the noise. Seed s gives spot s, whatever else is run.
+struct SpotRange {
+  double alpha_low = 0.35;
+  double alpha_high = 1.5;
+};
+
+/// Of one spot.
+struct SpotOutcome {
+  double alpha = 0.0;
+  double peak_max = 0.0;            ///< K, true
+  std::size_t violations = 0;       ///< cycles above the configured limit
+  double time_to_95_percent = 0.0;  ///< s, of the controller's own reference; the duration if never
+  double held_mean = 0.0;           ///< K, true peak after 50 ms
+  double rms_error = 0.0;           ///< K, the same against the controller's own reference
+  double absorption_error = 0.0;    ///< final estimate / truth - 1
+};
+
+/// Spots with seeds 1 … count on full-order eyes, on all cores; the order is that of the seeds and
+/// nothing depends on the number of cores. `limit`, K: what counts as violated. Throws Error before
+/// the first spot only.
+std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
+                                     const SpotRange& range, double limit, std::size_t count,
+                                     const Progress& progress = {});
+
+}  // namespace photocoag
