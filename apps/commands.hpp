@@ -53,6 +53,11 @@ struct DiscretizationsOptions : CommonOptions {
   std::string out;  ///< folder for CSV and figure; may be empty
 };
 
+struct EstimationOptions : CommonOptions {
+  int seeds = 200;
+  std::string csv;  ///< file; - is standard output; may be empty
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -68,6 +73,7 @@ int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
+int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

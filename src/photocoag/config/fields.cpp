@@ -100,7 +100,10 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
               "laser does; stands for model error"),
        number(key("measurement_noise_K"), s.measurement_noise, kKelvin, {0, 20, true},
               "standard deviation of the volume temperature, as configured below, per control "
-              "sample")});
+              "sample"),
+       number(key("outlier_sigma"), s.outlier_sigma, kOne, {0, 100},
+              "a sample this many standard deviations from its prediction is rejected, and the "
+              "gate doubles with each; 0: never, else from 3")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

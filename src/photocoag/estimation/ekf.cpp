@@ -4,30 +4,9 @@
 #include <cmath>
 
 namespace photocoag {
-namespace {
-
-// K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
-// taken at face value, one sample of -1e6 K would keep the laser at full power.
-constexpr double kColdestSample = -50.0;
-constexpr double kHottestSample = 300.0;
-
-}  // namespace
-
-std::string_view to_string(UpdateStatus status) noexcept {
-  switch (status) {
-    case UpdateStatus::kUpdated:
-      return "updated";
-    case UpdateStatus::kNoSample:
-      return "no_sample";
-    case UpdateStatus::kRestarted:
-      return "restarted";
-  }
-  return "unknown";
-}
-
 ExtendedKalmanFilter::ExtendedKalmanFilter(const ReducedModel& model,
                                            const EstimatorSettings& settings)
-    : model_(model), settings_(settings), order_(model.order()) {
+    : model_(model), settings_(settings), order_(model.order()), gate_(settings.outlier_sigma) {
   settings.validate();
   reset();
 }
@@ -39,6 +18,7 @@ void ExtendedKalmanFilter::reset() noexcept {
       settings_.absorption_sigma_initial * settings_.absorption_sigma_initial;
   innovation_ = 0.0;
   innovation_sigma_ = 0.0;
+  gate_.reset();
   set_alpha(settings_.absorption_initial);
 }
 
@@ -75,10 +55,7 @@ void ExtendedKalmanFilter::predict(double power) noexcept {
 }
 
 UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
-  // NaN fails both comparisons.
-  if (!(volume_temperature >= kColdestSample && volume_temperature <= kHottestSample)) {
-    return UpdateStatus::kNoSample;
-  }
+  if (!possible_sample(volume_temperature)) return UpdateStatus::kNoSample;
   const int n = order_;
   Extended h(n + 1);
   h.head(n) = matrices_.volume;
@@ -88,6 +65,7 @@ UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
   const double variance = h.dot(ph) + noise;
   innovation_ = volume_temperature - matrices_.volume.dot(state_);
   innovation_sigma_ = std::sqrt(variance);
+  if (!gate_.passes(innovation_, innovation_sigma_)) return UpdateStatus::kOutlier;
   const Extended gain = ph / variance;
 
   // Joseph form as two rank-one steps: T = (I - K H) P, then P = T (I - K H)' + K noise K'.

@@ -7,21 +7,13 @@
 // Threads: one owner.
 #pragma once
 
-#include <string_view>
-
 #include "photocoag/core/types.hpp"
+#include "photocoag/estimation/outlier_gate.hpp"
 #include "photocoag/estimation/settings.hpp"
+#include "photocoag/estimation/status.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
 namespace photocoag {
-
-enum class UpdateStatus {
-  kUpdated,    ///< the sample was used
-  kNoSample,   ///< missing, not finite or physically impossible: prediction only
-  kRestarted,  ///< the estimate was not finite or its covariance broken: back to the initial values
-};
-
-std::string_view to_string(UpdateStatus status) noexcept;
 
 /// z = (x, alpha), P its covariance:
 ///   predict  x <- A x + B(alpha) u,  P <- F P F' + Q,  F = [A, B'(alpha) u; 0, 1],
@@ -39,7 +31,8 @@ class ExtendedKalmanFilter {
   /// One period with `power`, W.
   void predict(double power) noexcept;
   /// With the volume temperature at the end of the period, K. NaN means no sample; so does a rise
-  /// below -50 K or above 300 K, which no tissue can show.
+  /// below -50 K or above 300 K, which no tissue can show. A sample that the outlier gate rejects
+  /// is a prediction too (estimation/outlier_gate.hpp).
   UpdateStatus update(double volume_temperature) noexcept;
 
   const StateVector& state() const noexcept { return state_; }
@@ -49,7 +42,7 @@ class ExtendedKalmanFilter {
   Outputs outputs() const noexcept;
   /// Standard deviation of C_peak x, K.
   double peak_sigma() const noexcept;
-  /// Innovation of the last update, K, and its standard deviation.
+  /// Innovation of the last update or rejected sample, K, and its standard deviation.
   double innovation() const noexcept { return innovation_; }
   double innovation_sigma() const noexcept { return innovation_sigma_; }
   /// Matrices at the current alpha.
@@ -74,6 +67,7 @@ class ExtendedKalmanFilter {
   double alpha_ = 0.0;
   ExtendedMatrix covariance_;
   ParametricMatrices matrices_;
+  OutlierGate gate_;
   double innovation_ = 0.0;
   double innovation_sigma_ = 0.0;
 };

@@ -19,6 +19,10 @@ void EstimatorSettings::validate() const {
   require_between(absorption_process_noise, 0.0, 0.1, "estimator.absorption_process_noise");
   require_between(power_process_noise, 0.0, 0.01, "estimator.power_process_noise_W");
   require_positive(measurement_noise, 20.0, "estimator.measurement_noise_K");
+  if (outlier_sigma != 0.0) {
+    require(outlier_sigma >= 3.0 && outlier_sigma <= 100.0, "estimator.outlier_sigma",
+            outlier_sigma, "0, which means never, or a number from 3 to 100");
+  }
 }
 
 }  // namespace photocoag

@@ -15,11 +15,16 @@ struct EstimatorSettings {
   double absorption_max = 2.0;             ///< 1, up to 5
   double absorption_process_noise = 1e-5;  ///< 1, standard deviation added to alpha per control
                                            ///< sample (variance: its square); from 0 to 0.1
-  double power_process_noise = 2e-4;       ///< W, standard deviation per control sample of an
+  double power_process_noise = 4e-4;       ///< W, standard deviation per control sample of an
                                            ///< unknown power that enters as the laser does: stands
-                                           ///< for the model's error; from 0 to 0.01
+                                           ///< for the model's error, and is set so that the
+                                           ///< stated peak_sigma is its size (docs/estimation.md);
+                                           ///< from 0 to 0.01
   double measurement_noise = 0.288;        ///< K, standard deviation of the volume temperature per
                                            ///< control sample (paper); above 0, at most 20
+  double outlier_sigma = 6.0;              ///< 1, a sample is rejected if its innovation exceeds so
+                                           ///< many of its standard deviations
+                                           ///< (outlier_gate.hpp); 0: never; else from 3 to 100
 
   /// Throws Error naming the key ("estimator.…"), the value and the range.
   void validate() const;

@@ -97,6 +97,7 @@ class ReducedPlant {
   /// One period of constant power, W (commanded).
   void step(double power) noexcept;
   Outputs outputs() const noexcept;
+  const StateVector& state() const noexcept { return state_; }
 
  private:
   ReducedModel model_;
