@@ -4,7 +4,17 @@
 
 namespace photocoag {
 
-enum class EstimatorKind { kEkf };
+enum class EstimatorKind {
+  kEkf,  ///< extended Kalman filter
+  kMhe,  ///< moving horizon estimator
+};
+
+enum class Unknowns {
+  kRpe,         ///< alpha
+  kRpeChoroid,  ///< alpha and beta; needs a model with both
+};
+
+inline constexpr int kMaxWindow = 50;  // samples of the moving horizon
 
 struct EstimatorSettings {
   EstimatorKind kind = EstimatorKind::kEkf;
@@ -25,6 +35,16 @@ struct EstimatorSettings {
   double outlier_sigma = 6.0;              ///< 1, a sample is rejected if its innovation exceeds so
                                            ///< many of its standard deviations
                                            ///< (outlier_gate.hpp); 0: never; else from 3 to 100
+  int window = 20;                         ///< 1, control samples in the moving horizon, 2 to 50
+  Unknowns unknowns = Unknowns::kRpe;
+  double choroid_initial = 1.0;            ///< 1, beta before the first sample; inside [min, max];
+                                           ///< its constant value where it is not estimated
+  double choroid_sigma_initial = 0.3;      ///< 1, its standard deviation, above 0, at most 2
+  double choroid_min = 0.4;                ///< 1, beta is kept inside [min, max]; from 0.05
+  double choroid_max = 2.5;                ///< 1, up to 20
+  double choroid_process_noise = 1e-5;     ///< 1, as absorption_process_noise; from 0 to 0.1
+
+  int unknown_count() const noexcept { return unknowns == Unknowns::kRpe ? 1 : 2; }
 
   /// Throws Error naming the key ("estimator.…"), the value and the range.
   void validate() const;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "photocoag/estimation/ekf.hpp"
+#include "photocoag/estimation/estimator.hpp"
 #include "photocoag/loop/gate.hpp"
 #include "photocoag/mpc/mpc.hpp"
 #include "photocoag/qp/dense.hpp"
@@ -25,6 +25,8 @@ struct Estimate {
   double peak_sigma = 0.0;  ///< K
   double absorption_factor = 0.0;
   double absorption_sigma = 0.0;
+  double choroid_factor = 1.0;  ///< beta; a constant unless estimated
+  double choroid_sigma = 0.0;
   UpdateStatus status = UpdateStatus::kNoSample;
 };
 
@@ -81,13 +83,15 @@ class Controller {
             .peak_sigma = filter_.peak_sigma(),
             .absorption_factor = filter_.absorption_factor(),
             .absorption_sigma = filter_.absorption_sigma(),
+            .choroid_factor = filter_.choroid_factor(),
+            .choroid_sigma = filter_.choroid_sigma(),
             .status = status};
   }
 
-  const ExtendedKalmanFilter& filter() const noexcept { return filter_; }
+  const AnyEstimator& filter() const noexcept { return filter_; }
 
  private:
-  ExtendedKalmanFilter filter_;
+  AnyEstimator filter_;
   ModelPredictiveController<DenseSolver> mpc_;
   double power_max_;
   double previous_power_ = 0.0;
