@@ -61,6 +61,11 @@ struct SpotsOptions : CommonOptions {
   std::string csv;  ///< file for one row per spot; may be empty
 };
 
+struct EstimationOptions : CommonOptions {
+  int seeds = 200;
+  std::string csv;  ///< file; - is standard output; may be empty
+};
+
 struct BenchOptions {
   std::string name;          ///< cycle, qp, first-cycle
   std::string json;          ///< file; - is standard output
@@ -81,6 +86,7 @@ int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
 int spots_command(const SpotsOptions& options);
+int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace photocoag

@@ -226,6 +226,24 @@ int run_command(int argc, char** argv) {
              "The eye is that of [plant]: its absorption_factor and tissue."));
   schemes_app->callback([&] { exit_code = discretizations(schemes_options); });
 
+  EstimationOptions estimation_options;
+  CLI::App* estimation_app = app.add_subcommand(
+      "estimation", "how large the estimator's errors are over many eyes, and whether it knows");
+  add_common(*estimation_app, estimation_options);
+  add_cache(*estimation_app, estimation_options);
+  estimation_app->add_option("--seeds", estimation_options.seeds, "treatments per scenario")
+      ->check(CLI::Range(1, 100000))
+      ->type_name("N");
+  estimation_app
+      ->add_option("--csv", estimation_options.csv,
+                   "also every cycle's figures; - is standard output")
+      ->type_name("FILE");
+  estimation_app->footer(
+      footer("  photocoag estimation\n"
+             "  photocoag estimation --seeds 1000 --set estimator.power_process_noise_W=0\n"
+             "Eyes have the tissue of [plant]; their absorption factors are drawn."));
+  estimation_app->callback([&] { exit_code = estimation(estimation_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

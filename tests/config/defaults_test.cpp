@@ -40,7 +40,8 @@ absorption_min           = 0.2
 absorption_max           = 2.0
 absorption_process_noise = 1e-5
 measurement_noise_K      = 0.288
-power_process_noise_W    = 2e-4
+power_process_noise_W    = 4e-4
+outlier_sigma            = 6.0
 
 [model]                            # what the controller believes
 file                = ""
@@ -109,8 +110,9 @@ void expect_contract(const Config& c) {
   EXPECT_EQ(c.estimator.absorption_min, 0.2);
   EXPECT_EQ(c.estimator.absorption_max, 2.0);
   EXPECT_EQ(c.estimator.absorption_process_noise, 1e-5);
-  EXPECT_EQ(c.estimator.power_process_noise, 2e-4);
+  EXPECT_EQ(c.estimator.power_process_noise, 4e-4);
   EXPECT_EQ(c.estimator.measurement_noise, 0.288);
+  EXPECT_EQ(c.estimator.outlier_sigma, 6.0);
   EXPECT_EQ(c.model.file, "");
   EXPECT_EQ(c.model.reduction.order, 6);
   EXPECT_EQ(c.model.reduction.method, ReductionMethod::kPodDeim);

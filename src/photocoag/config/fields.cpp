@@ -109,7 +109,11 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
   const auto key = [](std::string_view name) { return fmt::format("estimator.{}", name); };
   list.insert(
       list.end(),
-      {word(key("kind"), s.kind, {"ekf"}, "extended Kalman filter for temperature and alpha"),
+      {word(key("kind"), s.kind, {"ekf", "mhe"},
+            "extended Kalman filter or moving horizon estimator, for temperature and alpha"),
+       word(key("unknowns"), s.unknowns, {"rpe", "rpe-choroid"},
+            "alpha, or alpha and beta of the layers with scaled_by = \"beta\""),
+       integer(key("window"), s.window, 2, kMaxWindow, "control samples in the moving horizon"),
        number(key("absorption_initial"), s.absorption_initial, kOne, {0.05, 5},
               "alpha before the first sample, from absorption_min to absorption_max"),
        number(key("absorption_sigma_initial"), s.absorption_sigma_initial, kOne, {0, 2, true},
@@ -125,7 +129,18 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
               "laser does; stands for model error"),
        number(key("measurement_noise_K"), s.measurement_noise, kKelvin, {0, 20, true},
               "standard deviation of the volume temperature, as configured below, per control "
-              "sample")});
+              "sample"),
+       number(key("outlier_sigma"), s.outlier_sigma, kOne, {0, 100},
+              "a sample this many standard deviations from its prediction is rejected, and the "
+              "gate doubles with each; 0: never, else from 3"),
+       number(key("choroid_initial"), s.choroid_initial, kOne, {0.05, 20},
+              "beta before the first sample, or always with unknowns = \"rpe\""),
+       number(key("choroid_sigma_initial"), s.choroid_sigma_initial, kOne, {0, 2, true},
+              "its standard deviation"),
+       number(key("choroid_min"), s.choroid_min, kOne, {0.05, 20}, "beta is kept at or above"),
+       number(key("choroid_max"), s.choroid_max, kOne, {0.05, 20}, "beta is kept at or below"),
+       number(key("choroid_process_noise"), s.choroid_process_noise, kOne, {0, 0.1},
+              "standard deviation added to beta per control sample")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

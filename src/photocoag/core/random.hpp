@@ -9,7 +9,13 @@
 namespace photocoag {
 
 /// What a random number is for; each stream is independent of the others.
-enum class RandomStream : std::uint32_t { kMeasurementNoise = 1, kOnOffPower = 2, kRandomSpot = 3, kTest = 100 };
+enum class RandomStream : std::uint32_t {
+  kMeasurementNoise = 1,
+  kOnOffPower = 2,
+  kStudy = 3,
+  kRandomSpot = 4,
+  kTest = 100
+};
 
 /// Uniform in (0, 1), 53 bits.
 double uniform(std::uint64_t seed, std::uint64_t cycle, RandomStream stream) noexcept;

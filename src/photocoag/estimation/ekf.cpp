@@ -1,108 +1,80 @@
 #include "photocoag/estimation/ekf.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/core/check.hpp"
+
 namespace photocoag {
-namespace {
 
-// K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
-// taken at face value, one sample of -1e6 K would keep the laser at full power.
-constexpr double kColdestSample = -50.0;
-constexpr double kHottestSample = 300.0;
-
-}  // namespace
-
-std::string_view to_string(UpdateStatus status) noexcept {
-  switch (status) {
-    case UpdateStatus::kUpdated:
-      return "updated";
-    case UpdateStatus::kNoSample:
-      return "no_sample";
-    case UpdateStatus::kRestarted:
-      return "restarted";
-  }
-  return "unknown";
+void require_parameters(const ReducedModel& model, const EstimatorSettings& settings) {
+  settings.validate();
+  require(model.parameters >= settings.unknown_count(), "estimator.unknowns",
+          std::string_view("\"rpe-choroid\""),
+          "\"rpe\", or a model with both parameters: a [tissue] with a layer that has scaled_by = "
+          "\"beta\"");
 }
 
 ExtendedKalmanFilter::ExtendedKalmanFilter(const ReducedModel& model,
                                            const EstimatorSettings& settings)
-    : model_(model), settings_(settings), order_(model.order()) {
-  settings.validate();
+    : model_(model),
+      settings_(settings),
+      order_(model.order()),
+      unknowns_(settings.unknown_count()),
+      gate_(settings.outlier_sigma) {
+  require_parameters(model, settings);
   reset();
 }
 
 void ExtendedKalmanFilter::reset() noexcept {
   state_.setZero(order_);
-  covariance_.setZero(order_ + 1, order_ + 1);
+  covariance_.setZero(order_ + unknowns_, order_ + unknowns_);
   covariance_(order_, order_) =
       settings_.absorption_sigma_initial * settings_.absorption_sigma_initial;
+  if (unknowns_ == 2) {
+    covariance_(order_ + 1, order_ + 1) =
+        settings_.choroid_sigma_initial * settings_.choroid_sigma_initial;
+  }
   innovation_ = 0.0;
   innovation_sigma_ = 0.0;
-  set_alpha(settings_.absorption_initial);
+  gate_.reset();
+  parameters_ = {settings_.absorption_initial, settings_.choroid_initial};
+  evaluate_at(model_, parameters_, matrices_);
 }
 
-void ExtendedKalmanFilter::set_alpha(double alpha) noexcept {
-  alpha_ = alpha;
-  model_.evaluate(alpha, matrices_);
-}
-
-void ExtendedKalmanFilter::predict(double power) noexcept {
-  const int n = order_;
-  // F = [A, b; 0, 1] with b = B'(alpha) u, so that F P F' needs A P_xx A', A P_xa and P_aa only.
-  const StateVector b = matrices_.input_slope * power;
+template <int U>
+void ExtendedKalmanFilter::predict_as(double power) noexcept {
+  // F = [A, b; 0, 1] with b = B'(p) u, so that F P F' needs A P_xx A', A P_xp and P_pp only.
+  SlopeMatrix b(order_, U);
+  for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power;
   const StateVector next = model_.A_d.lazyProduct(state_) + matrices_.input * power;
-  const StateMatrix half = model_.A_d.lazyProduct(covariance_.topLeftCorner(n, n));
-  const StateMatrix full = half.lazyProduct(model_.A_d.transpose());
-  const StateVector cross = model_.A_d.lazyProduct(covariance_.col(n).head(n));
-  const double variance = covariance_(n, n);
   const double power_variance = settings_.power_process_noise * settings_.power_process_noise;
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i <= j; ++i) {
-      const double symmetric = 0.5 * (full(i, j) + full(j, i)) + cross[i] * b[j] + b[i] * cross[j] +
-                               variance * b[i] * b[j] +
-                               power_variance * matrices_.input[i] * matrices_.input[j];
-      covariance_(i, j) = symmetric;
-      covariance_(j, i) = symmetric;
-    }
-  }
-  for (int i = 0; i < n; ++i) {
-    covariance_(i, n) = covariance_(n, i) = cross[i] + b[i] * variance;
-  }
-  covariance_(n, n) =
-      variance + settings_.absorption_process_noise * settings_.absorption_process_noise;
+  predict_covariance<U>(model_.A_d, matrices_.input, b, power_variance, drift_variance(settings_),
+                        covariance_);
   state_ = next;
 }
 
-UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
-  // NaN fails both comparisons.
-  if (!(volume_temperature >= kColdestSample && volume_temperature <= kHottestSample)) {
-    return UpdateStatus::kNoSample;
-  }
-  const int n = order_;
-  Extended h(n + 1);
-  h.head(n) = matrices_.volume;
-  h[n] = matrices_.volume_slope.dot(state_);
+void ExtendedKalmanFilter::predict(double power) noexcept {
+  unknowns_ == 1 ? predict_as<1>(power) : predict_as<2>(power);
+}
+
+template <int U>
+UpdateStatus ExtendedKalmanFilter::update_as(double volume_temperature) noexcept {
+  const ExtendedVector h = measurement_row<U>(matrices_, state_);
   const double noise = settings_.measurement_noise * settings_.measurement_noise;
-  const Extended ph = covariance_.lazyProduct(h);
+  const ExtendedVector ph = covariance_.lazyProduct(h);
   const double variance = h.dot(ph) + noise;
   innovation_ = volume_temperature - matrices_.volume.dot(state_);
   innovation_sigma_ = std::sqrt(variance);
-  const Extended gain = ph / variance;
-
-  // Joseph form as two rank-one steps: T = (I - K H) P, then P = T (I - K H)' + K noise K'.
-  const ExtendedMatrix left = covariance_ - gain.lazyProduct(ph.transpose());
-  const Extended left_h = left.lazyProduct(h);
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i <= j; ++i) {
-      const double upper = left(i, j) - left_h[i] * gain[j];
-      const double lower = left(j, i) - left_h[j] * gain[i];
-      covariance_(i, j) = covariance_(j, i) = 0.5 * (upper + lower) + noise * gain[i] * gain[j];
-    }
-  }
-  state_ += gain.head(n) * innovation_;
-  set_alpha(alpha_ + gain[n] * innovation_);
-  keep_alpha_inside();
+  if (!gate_.passes(innovation_, innovation_sigma_)) return UpdateStatus::kOutlier;
+  const ExtendedVector gain = ph / variance;
+  update_covariance(h, ph, gain, noise, covariance_);
+  state_ += gain.head(order_) * innovation_;
+  for (int q = 0; q < U; ++q) parameters_[q] += gain[order_ + q] * innovation_;
+  keep_parameters_inside();
+  evaluate_at(model_, parameters_, matrices_);
   // Last, so that nothing after it can spoil the state: the move to a bound multiplies by a
   // quotient.
   if (!healthy()) {
@@ -112,18 +84,35 @@ UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
   return UpdateStatus::kUpdated;
 }
 
-void ExtendedKalmanFilter::keep_alpha_inside() noexcept {
-  const double bounded = std::clamp(alpha_, settings_.absorption_min, settings_.absorption_max);
-  if (bounded == alpha_) return;
-  const double variance = covariance_(order_, order_);
-  if (variance > 0.0) {
-    state_ += covariance_.col(order_).head(order_) * ((bounded - alpha_) / variance);
+UpdateStatus ExtendedKalmanFilter::update(double volume_temperature) noexcept {
+  if (!possible_sample(volume_temperature)) return UpdateStatus::kNoSample;
+  return unknowns_ == 1 ? update_as<1>(volume_temperature) : update_as<2>(volume_temperature);
+}
+
+void ExtendedKalmanFilter::keep_parameters_inside() noexcept {
+  const int n = order_;
+  if (unknowns_ == 1) {
+    const double bounded =
+        std::clamp(parameters_[0], settings_.absorption_min, settings_.absorption_max);
+    if (bounded == parameters_[0]) return;
+    const double variance = covariance_(n, n);
+    if (variance > 0.0) {
+      state_ += covariance_.col(n).head(n) * ((bounded - parameters_[0]) / variance);
+    }
+    parameters_[0] = bounded;
+    return;
   }
-  set_alpha(bounded);
+  const double V[2][2] = {{covariance_(n, n), covariance_(n, n + 1)},
+                          {covariance_(n + 1, n), covariance_(n + 1, n + 1)}};
+  const BoxedParameters boxed = keep_inside(parameters_, V, 2, parameter_box(settings_));
+  if (!boxed.moved) return;
+  for (int q = 0; q < 2; ++q) state_ += covariance_.col(n + q).head(n) * boxed.multiplier[q];
+  parameters_ = boxed.value;
 }
 
 bool ExtendedKalmanFilter::healthy() const noexcept {
-  if (!std::isfinite(alpha_) || !state_.allFinite() || !covariance_.allFinite()) return false;
+  if (!std::isfinite(parameters_[0]) || !std::isfinite(parameters_[1])) return false;
+  if (!state_.allFinite() || !covariance_.allFinite()) return false;
   const Outputs estimate = outputs();  // a finite state near the largest double has none
   if (!std::isfinite(estimate.volume) || !std::isfinite(estimate.peak)) return false;
   return (covariance_.diagonal().array() >= 0.0).all();
@@ -133,18 +122,16 @@ double ExtendedKalmanFilter::absorption_sigma() const noexcept {
   return std::sqrt(std::max(0.0, covariance_(order_, order_)));
 }
 
+double ExtendedKalmanFilter::choroid_sigma() const noexcept {
+  return unknowns_ == 1 ? 0.0 : std::sqrt(std::max(0.0, covariance_(order_ + 1, order_ + 1)));
+}
+
 Outputs ExtendedKalmanFilter::outputs() const noexcept {
   return {.volume = matrices_.volume.dot(state_), .peak = model_.C_peak.dot(state_)};
 }
 
 double ExtendedKalmanFilter::peak_sigma() const noexcept {
-  double variance = 0.0;
-  for (int j = 0; j < order_; ++j) {
-    for (int i = 0; i < order_; ++i) {
-      variance += model_.C_peak[i] * covariance_(i, j) * model_.C_peak[j];
-    }
-  }
-  return std::sqrt(std::max(0.0, variance));
+  return extended_peak_sigma(model_.C_peak, covariance_);
 }
 
 }  // namespace photocoag

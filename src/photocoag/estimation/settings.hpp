@@ -4,7 +4,17 @@
 
 namespace photocoag {
 
-enum class EstimatorKind { kEkf };
+enum class EstimatorKind {
+  kEkf,  ///< extended Kalman filter
+  kMhe,  ///< moving horizon estimator
+};
+
+enum class Unknowns {
+  kRpe,         ///< alpha
+  kRpeChoroid,  ///< alpha and beta; needs a model with both
+};
+
+inline constexpr int kMaxWindow = 50;  // samples of the moving horizon
 
 struct EstimatorSettings {
   EstimatorKind kind = EstimatorKind::kEkf;
@@ -15,11 +25,26 @@ struct EstimatorSettings {
   double absorption_max = 2.0;             ///< 1, up to 5
   double absorption_process_noise = 1e-5;  ///< 1, standard deviation added to alpha per control
                                            ///< sample (variance: its square); from 0 to 0.1
-  double power_process_noise = 2e-4;       ///< W, standard deviation per control sample of an
+  double power_process_noise = 4e-4;       ///< W, standard deviation per control sample of an
                                            ///< unknown power that enters as the laser does: stands
-                                           ///< for the model's error; from 0 to 0.01
+                                           ///< for the model's error, and is set so that the
+                                           ///< stated peak_sigma is its size (docs/estimation.md);
+                                           ///< from 0 to 0.01
   double measurement_noise = 0.288;        ///< K, standard deviation of the volume temperature per
                                            ///< control sample (paper); above 0, at most 20
+  double outlier_sigma = 6.0;              ///< 1, a sample is rejected if its innovation exceeds so
+                                           ///< many of its standard deviations
+                                           ///< (outlier_gate.hpp); 0: never; else from 3 to 100
+  int window = 20;                         ///< 1, control samples in the moving horizon, 2 to 50
+  Unknowns unknowns = Unknowns::kRpe;
+  double choroid_initial = 1.0;            ///< 1, beta before the first sample; inside [min, max];
+                                           ///< its constant value where it is not estimated
+  double choroid_sigma_initial = 0.3;      ///< 1, its standard deviation, above 0, at most 2
+  double choroid_min = 0.4;                ///< 1, beta is kept inside [min, max]; from 0.05
+  double choroid_max = 2.5;                ///< 1, up to 20
+  double choroid_process_noise = 1e-5;     ///< 1, as absorption_process_noise; from 0 to 0.1
+
+  int unknown_count() const noexcept { return unknowns == Unknowns::kRpe ? 1 : 2; }
 
   /// Throws Error naming the key ("estimator.…"), the value and the range.
   void validate() const;

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "photocoag/core/real_time.hpp"
-#include "photocoag/estimation/ekf.hpp"
+#include "photocoag/estimation/estimator.hpp"
 #include "photocoag/loop/gate.hpp"
 #include "photocoag/mpc/mpc.hpp"
 #include "photocoag/mpc/robust.hpp"
@@ -28,6 +28,8 @@ struct Estimate {
   double peak_sigma = 0.0;  ///< K
   double absorption_factor = 0.0;
   double absorption_sigma = 0.0;
+  double choroid_factor = 1.0;  ///< beta; a constant unless estimated
+  double choroid_sigma = 0.0;
   UpdateStatus status = UpdateStatus::kNoSample;
 };
 
@@ -105,10 +107,12 @@ class BasicController {
             .peak_sigma = filter_.peak_sigma(),
             .absorption_factor = filter_.absorption_factor(),
             .absorption_sigma = filter_.absorption_sigma(),
+            .choroid_factor = filter_.choroid_factor(),
+            .choroid_sigma = filter_.choroid_sigma(),
             .status = status};
   }
 
-  const ExtendedKalmanFilter& filter() const noexcept { return filter_; }
+  const AnyEstimator& filter() const noexcept { return filter_; }
 
  private:
   // From the state at which the new power begins to act: with a delay of one period that is the end
@@ -131,7 +135,7 @@ class BasicController {
     return mpc_.solve(state_, input, cycle_ + delay_, previous);
   }
 
-  ExtendedKalmanFilter filter_;
+  AnyEstimator filter_;
   Mpc mpc_;
   std::optional<RobustLimit> robust_;
   StateMatrix transition_;

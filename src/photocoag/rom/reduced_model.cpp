@@ -41,6 +41,44 @@ void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) c
   }
 }
 
+void ReducedModel::evaluate(double absorption_factor, double choroid_factor,
+                            ParametricMatrices& out) const noexcept {
+  const int n = order();
+  out.input_slope_choroid.setZero(n);
+  out.volume_slope_choroid.setZero(n);
+  if (parameters == 1) {
+    evaluate(absorption_factor, out);
+    return;
+  }
+  out.input.setZero(n);
+  out.input_slope.setZero(n);
+  out.volume.setZero(n);
+  out.volume_slope.setZero(n);
+  TermVector value;
+  TermVector slope;
+  TermVector slope_choroid;
+  theta.evaluate(absorption_factor, choroid_factor, value, slope, slope_choroid);
+  for (int j = 0; j < theta.terms; ++j) {
+    for (int i = 0; i < n; ++i) {
+      out.input[i] += value[j] * B_d(i, j);
+      out.input_slope[i] += slope[j] * B_d(i, j);
+      out.input_slope_choroid[i] += slope_choroid[j] * B_d(i, j);
+      out.volume[i] += value[j] * C_volume(j, i);
+      out.volume_slope[i] += slope[j] * C_volume(j, i);
+      out.volume_slope_choroid[i] += slope_choroid[j] * C_volume(j, i);
+    }
+  }
+  if (volume_normalized) {
+    const ValueAndSlope s = whole.evaluate(absorption_factor, choroid_factor);
+    for (int i = 0; i < n; ++i) {
+      out.volume[i] /= s.value;
+      out.volume_slope[i] = (out.volume_slope[i] - out.volume[i] * s.slope) / s.value;
+      out.volume_slope_choroid[i] =
+          (out.volume_slope_choroid[i] - out.volume[i] * s.slope_choroid) / s.value;
+    }
+  }
+}
+
 void ReducedModel::discretize(double period_s, Discretization how) {
   period = period_s;
   discretization = how;
@@ -50,17 +88,19 @@ void ReducedModel::discretize(double period_s, Discretization how) {
   B_d = pair.input * B;
 }
 
-ReducedPlant::ReducedPlant(const ReducedModel& model, double absorption_factor)
+ReducedPlant::ReducedPlant(const ReducedModel& model, double absorption_factor,
+                           double choroid_factor)
     : model_(model),
       absorption_factor_(absorption_factor),
+      choroid_factor_(choroid_factor),
       state_(StateVector::Zero(model.order())) {
-  model_.evaluate(absorption_factor_, matrices_);
+  model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
 }
 
 void ReducedPlant::set_period(double period) {
   if (period == model_.period) return;
   model_.discretize(period, model_.discretization);
-  model_.evaluate(absorption_factor_, matrices_);
+  model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
 }
 
 void ReducedPlant::step(double power) noexcept {

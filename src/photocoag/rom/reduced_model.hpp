@@ -22,12 +22,14 @@ namespace photocoag {
 using InputTerms = BoundedMatrix<kMaxOrder, kMaxTerms>;   // column j: B_j
 using OutputTerms = BoundedMatrix<kMaxTerms, kMaxOrder>;  // row j: C_j
 
-/// B(alpha), C_vol(alpha) and their alpha-derivatives at one alpha.
+/// B(alpha), C_vol(alpha) and their derivatives at one alpha (and beta).
 struct ParametricMatrices {
   StateVector input;         ///< B_d(alpha), order
   StateVector input_slope;   ///< dB_d / dalpha
   StateVector volume;        ///< C_vol(alpha), order
   StateVector volume_slope;  ///< dC_vol / dalpha
+  StateVector input_slope_choroid;   ///< dB_d / dbeta; filled for two parameters only
+  StateVector volume_slope_choroid;  ///< dC_vol / dbeta
 };
 
 /// How well a reduced model follows the full-order model it was made from: largest error of an
@@ -35,6 +37,7 @@ struct ParametricMatrices {
 /// of both signals.
 struct ErrorReport {
   std::vector<double> absorption_factors;
+  std::vector<double> choroid_factors;  ///< one per alpha for two parameters, else empty
   std::vector<double> peak;    ///< one per alpha
   std::vector<double> volume;  ///< one per alpha
   double duration = 0.0;       ///< s, of each signal: constant power, random on/off power
@@ -66,6 +69,9 @@ struct ReducedModel {
 
   double absorption_min = 0.3;  ///< the range of alpha in which the error was measured
   double absorption_max = 1.7;
+  int parameters = 1;        ///< 1: alpha; 2: alpha and beta, the choroid factor
+  double choroid_min = 1.0;  ///< the range of beta, for two parameters
+  double choroid_max = 1.0;
   std::string method;                ///< e.g. "pod-deim"
   std::string refinement = "none";   ///< e.g. "output-error"
   std::string parameter_dependence;  ///< e.g. "deim"
@@ -78,8 +84,12 @@ struct ReducedModel {
   int order() const noexcept { return static_cast<int>(A.rows()); }
   int terms() const noexcept { return theta.terms; }
 
-  /// All alpha-dependent discrete-time matrices. noexcept, no allocation.
+  /// All alpha-dependent discrete-time matrices, at beta = 1. noexcept, no allocation.
   void evaluate(double absorption_factor, ParametricMatrices& out) const noexcept;
+  /// The same at beta, with the derivatives by it. For two parameters; with one, beta plays no part
+  /// and those derivatives are zero.
+  void evaluate(double absorption_factor, double choroid_factor,
+                ParametricMatrices& out) const noexcept;
 
   /// Fills A_d and B_d from A and B for `period` and `discretization`. Drops the certificate, which
   /// holds for one period only. Allocates.
@@ -90,17 +100,19 @@ struct ReducedModel {
 class ReducedPlant {
  public:
   /// Uses the model's period and discretization. Keeps a copy.
-  ReducedPlant(const ReducedModel& model, double absorption_factor);
+  ReducedPlant(const ReducedModel& model, double absorption_factor, double choroid_factor = 1.0);
 
   /// Changes the period, s, keeping the state. Allocates.
   void set_period(double period);
   /// One period of constant power, W (commanded).
   void step(double power) noexcept;
   Outputs outputs() const noexcept;
+  const StateVector& state() const noexcept { return state_; }
 
  private:
   ReducedModel model_;
   double absorption_factor_;
+  double choroid_factor_;
   ParametricMatrices matrices_;
   StateVector state_;
 };

@@ -45,4 +45,17 @@ void Theta::evaluate(double alpha, TermVector& value, TermVector& slope) const n
   slope /= half_width;
 }
 
+void Theta::evaluate(double alpha, double beta, TermVector& value, TermVector& slope,
+                     TermVector& slope_choroid) const noexcept {
+  value.resize(terms);
+  slope.resize(terms);
+  slope_choroid.resize(terms);
+  for (int j = 0; j < terms; ++j) {
+    const ValueAndSlope absorbed = points[j].evaluate(alpha, beta);
+    value[j] = absorbed.value;
+    slope[j] = absorbed.slope;
+    slope_choroid[j] = absorbed.slope_choroid;
+  }
+}
+
 }  // namespace photocoag

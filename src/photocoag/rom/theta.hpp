@@ -35,6 +35,10 @@ struct Theta {
   /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1.
   void evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept;
 
+  /// The same at a choroid factor beta, with the derivatives by it. kDeim only.
+  void evaluate(double alpha, double beta, TermVector& value, TermVector& slope,
+                TermVector& slope_choroid) const noexcept;
+
   bool operator==(const Theta&) const = default;
 };
 

@@ -11,22 +11,48 @@
 
 namespace photocoag {
 
-/// A value that depends on alpha, with its derivative.
+/// A value that depends on alpha and beta, with its derivatives.
 struct ValueAndSlope {
   double value = 0.0;
-  double slope = 0.0;  ///< d value / d alpha
+  double slope = 0.0;          ///< d value / d alpha
+  double slope_choroid = 0.0;  ///< d value / d beta; not filled by evaluate(alpha)
 };
 
 /// Fraction of the incident power that is absorbed between two depths a < b, as a function of
-/// alpha:
-///   s(alpha) = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + alpha * scaled(z).
+/// alpha and of beta, which scales the layers with scaled_by_beta and is 1 where nobody asks:
+///   s = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + beta * choroid(z) + alpha * scaled(z).
 struct AbsorbedFraction {
   double fixed_front = 0.0;   ///< 1, optical depth at a from layers that do not scale
   double scaled_front = 0.0;  ///< 1, optical depth at a per alpha
   double fixed_back = 0.0;    ///< 1, at b
   double scaled_back = 0.0;   ///< 1, at b
+  double choroid_front = 0.0;  ///< 1, optical depth at a per beta
+  double choroid_back = 0.0;   ///< 1, at b
 
+  /// The same with beta's part counted as fixed.
+  AbsorbedFraction at_choroid(double beta) const noexcept {
+    return {fixed_front + beta * choroid_front, scaled_front, fixed_back + beta * choroid_back,
+            scaled_back};
+  }
+
+  /// With both derivatives.
+  ValueAndSlope evaluate(double alpha, double beta) const noexcept {
+    ValueAndSlope result = at_choroid(beta).evaluate_fixed(alpha);
+    const double front =
+        std::exp(-(fixed_front + beta * choroid_front + alpha * scaled_front));
+    const double step = result.value / front;
+    result.slope_choroid =
+        front * ((choroid_back - choroid_front) - choroid_back * step);
+    return result;
+  }
+
+  /// At beta = 1.
   ValueAndSlope evaluate(double alpha) const noexcept {
+    return at_choroid(1.0).evaluate_fixed(alpha);
+  }
+
+  /// Of what does not depend on beta.
+  ValueAndSlope evaluate_fixed(double alpha) const noexcept {
     const double front = std::exp(-(fixed_front + alpha * scaled_front));
     // 1 - exp(-(tau_b - tau_a)) without cancellation in thin cells.
     const double step =
@@ -38,7 +64,7 @@ struct AbsorbedFraction {
   bool operator==(const AbsorbedFraction&) const = default;
 };
 
-/// tau(z; alpha) = int_0^z mu: piecewise linear in z, affine in alpha.
+/// tau(z; alpha, beta) = int_0^z mu: piecewise linear in z, affine in alpha and beta.
 class AbsorptionLaw {
  public:
   /// Throws Error if the tissue is not valid.
@@ -53,6 +79,7 @@ class AbsorptionLaw {
   std::vector<double> depths_;  // m, layer boundaries
   std::vector<double> fixed_;   // optical depth at the boundaries
   std::vector<double> scaled_;
+  std::vector<double> choroid_;
 };
 
 }  // namespace photocoag

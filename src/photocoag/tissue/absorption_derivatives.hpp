@@ -1,5 +1,5 @@
 // Role: offline; higher alpha-derivatives of absorbed fractions and bounds of them over a range of
-// alpha. Used by mor (Taylor series, certificate). Source: derived here from docs/equations.md
+// alpha, at beta = 1. Used by mor (Taylor series, certificate). Source: derived here from docs/equations.md
 // (E3). Units: 1 (alpha has none). Threads: pure functions.
 #pragma once
 
@@ -20,7 +20,8 @@ inline double power_step(double q, double d, int n) noexcept {
 /// n-th derivative of s(alpha), n >= 0. With p, q the optical depths per alpha in front and behind,
 /// E = exp(-tau_front) and X = exp(-(tau_back - tau_front)):
 ///   s^(n) = (-1)^n (p^n E - q^n E X) = (-1)^n E [ p^n (1 - X) - (q^n - p^n) X ].
-inline double derivative(const AbsorbedFraction& s, int n, double alpha) noexcept {
+inline double derivative(const AbsorbedFraction& fraction, int n, double alpha) noexcept {
+  const AbsorbedFraction s = fraction.at_choroid(1.0);
   const double p = s.scaled_front;
   const double step = s.scaled_back - s.scaled_front;
   const double thickness = (s.fixed_back - s.fixed_front) + alpha * step;
@@ -32,7 +33,9 @@ inline double derivative(const AbsorbedFraction& s, int n, double alpha) noexcep
 
 /// At least |s^(n)| everywhere on [low, high], 0 <= low <= high: the bracket is the difference of
 /// two terms that are not negative, E and X fall with alpha and 1 - X grows.
-inline double derivative_bound(const AbsorbedFraction& s, int n, double low, double high) noexcept {
+inline double derivative_bound(const AbsorbedFraction& fraction, int n, double low,
+                               double high) noexcept {
+  const AbsorbedFraction s = fraction.at_choroid(1.0);
   const double p = s.scaled_front;
   const double step = s.scaled_back - s.scaled_front;
   const double fixed = s.fixed_back - s.fixed_front;

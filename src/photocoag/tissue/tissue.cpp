@@ -31,6 +31,12 @@ ThermalData Tissue::thermal(const Layer& layer) const noexcept {
           .perfusion = layer.perfusion};
 }
 
+bool Tissue::two_parameters() const noexcept {
+  return std::any_of(layers.begin(), layers.end(), [](const Layer& layer) {
+    return layer.scaled_by_beta && layer.absorption > 0.0;
+  });
+}
+
 bool Tissue::uniform_conduction() const noexcept {
   return std::all_of(layers.begin(), layers.end(), [this](const Layer& layer) {
     const ThermalData first = thermal(layers.front());
@@ -126,6 +132,8 @@ void Tissue::validate(std::string_view prefix) const {
     require_positive(layer.thickness * 1e6, 20000.0, name + ".thickness_um");
     require_between(layer.absorption, 0.0, 1e7, name + ".absorption_per_m");
     validate_thermal(layer, name);
+    require(!(layer.scaled_by_alpha && layer.scaled_by_beta), name + ".scaled_by",
+            std::string_view("both"), "alpha or beta, not both");
     scaled = scaled || (layer.scaled_by_alpha && layer.absorption > 0.0);
   }
   require(scaled, key("layers"), std::string_view("no absorbing layer with scaled_by = \"alpha\""),

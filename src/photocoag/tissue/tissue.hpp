@@ -22,6 +22,7 @@ struct Layer {
   std::optional<double> heat_capacity = {};  ///< J/(kg K), else the tissue's
   double perfusion = 0.0;  ///< W/(m3 K), from 0 to 1e8; w_b rho_b c_b: blood at ambient carries
                            ///< away perfusion * temperature rise per volume (Pennes 1948)
+  bool scaled_by_beta = false;  ///< mu = beta * absorption; not together with scaled_by_alpha
 
   bool operator==(const Layer&) const = default;
 };
@@ -77,6 +78,8 @@ struct Tissue {
   /// rho C_p of layers without data of their own, J/(m3 K)
   double volumetric_heat_capacity() const noexcept { return density * heat_capacity; }
   ThermalData thermal(const Layer& layer) const noexcept;
+  /// True if a layer's absorption depends on the choroid factor beta: two parameters.
+  bool two_parameters() const noexcept;
   /// True if all layers conduct and store heat alike; perfusion may differ.
   bool uniform_conduction() const noexcept;
   /// a = k / (rho C_p) of layers without data of their own, m2/s

@@ -1,0 +1,82 @@
+// `photocoag estimation`: how large the estimator's errors are, and whether it knows.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iterator>
+
+#include "commands.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/run/estimation_study.hpp"
+
+namespace photocoag {
+namespace {
+
+void print_row(std::string_view name, const EstimationCycle& mean, double period,
+               std::size_t begin, std::size_t end) {
+  fmt::print("{:<37}{:>11}", name,
+             fmt::format("{:g} to {:g}", 1e3 * period * static_cast<double>(begin + 1),
+                         1e3 * period * static_cast<double>(end)));
+  fmt::print("{:>7.3f}{:>7}{:>7.2f}{:>7.2f}{:>9.2f}{:>8.3f}{:>8.3f}{:>8.2f}\n", mean.nis,
+             mean.nees > 0.0 ? fmt::format("{:.3f}", mean.nees) : "-", mean.nees_alpha,
+             mean.nees_peak, 100.0 * mean.rms_alpha, mean.sigma_alpha, mean.rms_peak,
+             100.0 * mean.rejected);
+}
+
+std::string csv(const std::vector<EstimationStatistics>& all, double period) {
+  std::string text =
+      "scenario,time_s,nis,nees,nees_alpha,nees_peak,rms_alpha_relative,sigma_alpha,rms_peak_K,"
+      "rejected\n";
+  for (const EstimationStatistics& one : all) {
+    for (std::size_t k = 0; k < one.cycles.size(); ++k) {
+      const EstimationCycle& c = one.cycles[k];
+      fmt::format_to(std::back_inserter(text), "\"{}\",{},{},{},{},{},{},{},{},{}\n",
+                     one.scenario.name, period * static_cast<double>(k + 1), c.nis, c.nees,
+                     c.nees_alpha, c.nees_peak, c.rms_alpha, c.sigma_alpha, c.rms_peak, c.rejected);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+int estimation(const EstimationOptions& options) {
+  const Config config = load_config(options.config, options.set);
+  ModelStore models(config, !options.no_cache);
+  const double period = config.control.period;
+  const std::size_t cycles = config.cycles();
+  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
+  fmt::print("{} treatments of {:g} ms each; squares in units of the stated variance, 1 is "
+             "consistent\n\n",
+             options.seeds, config.run.duration * 1e3);
+  fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "", "", "", "NEES", "NEES",
+             "NEES", "alpha", "sigma", "peak", "reject-");
+  fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "scenario", "ms", "NIS",
+             "(x,a)", "alpha", "peak", "rms %", "alpha", "rms K", "ed %");
+  std::vector<EstimationStatistics> all;
+  for (const EstimationScenario& scenario : estimation_scenarios(config)) {
+    all.push_back(estimation_statistics(config, models, scenario, options.seeds));
+    const EstimationStatistics& one = all.back();
+    const std::size_t edges[] = {0, cycles / 25, cycles / 5, cycles};
+    std::string_view name = scenario.name;
+    for (int i = 0; i < 3; ++i) {
+      if (edges[i] == edges[i + 1]) continue;
+      print_row(name, one.mean(edges[i], edges[i + 1]), period, edges[i], edges[i + 1]);
+      name = "";
+    }
+    print_row("", one.mean(0, cycles), period, 0, cycles);
+  }
+  if (!options.csv.empty()) {
+    const std::string text = csv(all, period);
+    if (options.csv == "-") {
+      fmt::print("{}", text);
+    } else {
+      write_file(options.csv, text);
+    }
+  }
+  return 0;
+}
+
+}  // namespace photocoag

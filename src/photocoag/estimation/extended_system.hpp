@@ -1,0 +1,176 @@
+// Role: online; what every estimator of (x, alpha[, beta]) needs: derivatives by the unknowns,
+// covariance steps, the box of the unknowns. Used by ekf and mhe. Source: docs/estimation.md (E15)
+// to (E17). Real time: noexcept, bounded, no allocation.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "photocoag/core/types.hpp"
+#include "photocoag/estimation/settings.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+inline constexpr int kMaxUnknowns = 2;
+inline constexpr int kMaxExtended = kMaxOrder + kMaxUnknowns;
+
+using ExtendedVector = BoundedVector<kMaxExtended>;
+using ExtendedMatrix = BoundedMatrix<kMaxExtended, kMaxExtended>;
+using SlopeMatrix = BoundedMatrix<kMaxOrder, kMaxUnknowns>;
+/// alpha, beta; beta is a constant with one unknown.
+using Parameters = std::array<double, kMaxUnknowns>;
+
+struct ParameterBox {
+  Parameters low{};
+  Parameters high{};
+};
+
+inline ParameterBox parameter_box(const EstimatorSettings& s) noexcept {
+  return {{s.absorption_min, s.choroid_min}, {s.absorption_max, s.choroid_max}};
+}
+
+inline Parameters drift_variance(const EstimatorSettings& s) noexcept {
+  return {s.absorption_process_noise * s.absorption_process_noise,
+          s.choroid_process_noise * s.choroid_process_noise};
+}
+
+inline const StateVector& input_slope(const ParametricMatrices& m, int q) noexcept {
+  return q == 0 ? m.input_slope : m.input_slope_choroid;
+}
+inline const StateVector& volume_slope(const ParametricMatrices& m, int q) noexcept {
+  return q == 0 ? m.volume_slope : m.volume_slope_choroid;
+}
+
+inline void evaluate_at(const ReducedModel& model, const Parameters& p,
+                        ParametricMatrices& out) noexcept {
+  if (model.parameters == 1) {
+    model.evaluate(p[0], out);
+  } else {
+    model.evaluate(p[0], p[1], out);
+  }
+}
+
+/// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns.
+template <int U>
+void predict_covariance(const StateMatrix& A, const StateVector& input, const SlopeMatrix& b,
+                        double power_variance, const Parameters& drift,
+                        ExtendedMatrix& P) noexcept {
+  const int n = static_cast<int>(A.rows());
+  const StateMatrix half = A.lazyProduct(P.topLeftCorner(n, n));
+  const StateMatrix full = half.lazyProduct(A.transpose());
+  SlopeMatrix cross(n, U);
+  for (int q = 0; q < U; ++q) cross.col(q) = A.lazyProduct(P.col(n + q).head(n));
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i <= j; ++i) {
+      double symmetric = 0.5 * (full(i, j) + full(j, i));
+      for (int q = 0; q < U; ++q) {
+        symmetric = symmetric + cross(i, q) * b(j, q) + b(i, q) * cross(j, q);
+      }
+      for (int q = 0; q < U; ++q) {
+        for (int r = 0; r < U; ++r) symmetric += P(n + q, n + r) * b(i, q) * b(j, r);
+      }
+      symmetric += power_variance * input[i] * input[j];
+      P(i, j) = symmetric;
+      P(j, i) = symmetric;
+    }
+  }
+  for (int q = 0; q < U; ++q) {
+    for (int i = 0; i < n; ++i) {
+      double value = cross(i, q);
+      for (int r = 0; r < U; ++r) value += b(i, r) * P(n + r, n + q);
+      P(i, n + q) = P(n + q, i) = value;
+    }
+  }
+  for (int q = 0; q < U; ++q) P(n + q, n + q) += drift[q];
+}
+
+/// H = [C, C'_q x].
+template <int U>
+ExtendedVector measurement_row(const ParametricMatrices& m, const StateVector& x) noexcept {
+  const Eigen::Index n = x.size();
+  ExtendedVector h(n + U);
+  h.head(n) = m.volume;
+  for (int q = 0; q < U; ++q) h[n + q] = volume_slope(m, q).dot(x);
+  return h;
+}
+
+/// P <- (I - K H) P (I - K H)' + K noise K' as two rank-one steps: T = (I - K H) P, then
+/// P = T (I - K H)' + K noise K'. `ph` = P H'.
+inline void update_covariance(const ExtendedVector& h, const ExtendedVector& ph,
+                              const ExtendedVector& gain, double noise,
+                              ExtendedMatrix& P) noexcept {
+  const ExtendedMatrix left = P - gain.lazyProduct(ph.transpose());
+  const ExtendedVector left_h = left.lazyProduct(h);
+  for (int j = 0; j < h.size(); ++j) {
+    for (int i = 0; i <= j; ++i) {
+      const double upper = left(i, j) - left_h[i] * gain[j];
+      const double lower = left(j, i) - left_h[j] * gain[i];
+      P(i, j) = P(j, i) = 0.5 * (upper + lower) + noise * gain[i] * gain[j];
+    }
+  }
+}
+
+/// Standard deviation of C_peak x, K.
+inline double extended_peak_sigma(const StateVector& C_peak, const ExtendedMatrix& P) noexcept {
+  double variance = 0.0;
+  for (int j = 0; j < C_peak.size(); ++j) {
+    for (int i = 0; i < C_peak.size(); ++i) variance += C_peak[i] * P(i, j) * C_peak[j];
+  }
+  return std::sqrt(std::max(0.0, variance));
+}
+
+/// The most likely parameters inside the box: min (p - mean)' V^-1 (p - mean), and the multipliers
+/// V^-1 (p - mean) along which everything correlated with them moves. V: covariance of the
+/// parameters.
+struct BoxedParameters {
+  Parameters value{};
+  Parameters multiplier{};
+  bool moved = false;
+};
+
+inline BoxedParameters keep_inside(const Parameters& mean, const double (&V)[2][2], int unknowns,
+                                   const ParameterBox& box) noexcept {
+  BoxedParameters result{mean, {}, false};
+  const auto clamped = [&](int q, double v) { return std::clamp(v, box.low[q], box.high[q]); };
+  if (unknowns == 1) {
+    result.value[0] = clamped(0, mean[0]);
+    result.moved = result.value[0] != mean[0];
+    if (result.moved && V[0][0] > 0.0) result.multiplier[0] = (result.value[0] - mean[0]) / V[0][0];
+    return result;
+  }
+  if (clamped(0, mean[0]) == mean[0] && clamped(1, mean[1]) == mean[1]) return result;
+  result.moved = true;
+  // The minimum lies on an edge: on each of the (at most two) edges that the mean is beyond, move
+  // along the covariance, then clamp along the edge; the cheaper one counts.
+  const double determinant = V[0][0] * V[1][1] - V[0][1] * V[1][0];
+  double least = 0.0;
+  bool found = false;
+  for (int q = 0; q < 2; ++q) {
+    const int r = 1 - q;
+    if (clamped(q, mean[q]) == mean[q] || !(V[q][q] > 0.0)) continue;
+    Parameters p;
+    p[q] = clamped(q, mean[q]);
+    p[r] = clamped(r, mean[r] + V[r][q] / V[q][q] * (p[q] - mean[q]));
+    const double dq = p[0] - mean[0];
+    const double dr = p[1] - mean[1];
+    Parameters multiplier{};
+    if (determinant > 0.0) {
+      multiplier = {(V[1][1] * dq - V[0][1] * dr) / determinant,
+                    (V[0][0] * dr - V[1][0] * dq) / determinant};
+    } else {
+      multiplier[q] = (p[q] - mean[q]) / V[q][q];
+    }
+    const double cost = multiplier[0] * dq + multiplier[1] * dr;
+    if (found && !(cost < least)) continue;
+    found = true;
+    least = cost;
+    result.value = p;
+    result.multiplier = multiplier;
+  }
+  if (!found) result.value = {clamped(0, mean[0]), clamped(1, mean[1])};
+  return result;
+}
+
+}  // namespace photocoag

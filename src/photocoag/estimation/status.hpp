@@ -1,0 +1,39 @@
+// Role: online; what an estimator says about a sample. Used by estimation, loop. Real time: noexcept.
+#pragma once
+
+#include <string_view>
+
+namespace photocoag {
+
+enum class UpdateStatus {
+  kUpdated,    ///< the sample was used
+  kNoSample,   ///< missing, not finite or physically impossible: prediction only
+  kOutlier,    ///< too far from the prediction to be believed (outlier_gate.hpp): prediction only
+  kRestarted,  ///< the estimate was not finite or its covariance broken: back to the initial values
+};
+
+constexpr std::string_view to_string(UpdateStatus status) noexcept {
+  switch (status) {
+    case UpdateStatus::kUpdated:
+      return "updated";
+    case UpdateStatus::kNoSample:
+      return "no_sample";
+    case UpdateStatus::kOutlier:
+      return "outlier";
+    case UpdateStatus::kRestarted:
+      return "restarted";
+  }
+  return "unknown";
+}
+
+// K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
+// taken at face value, one sample of -1e6 K would keep the laser at full power.
+inline constexpr double kColdestSample = -50.0;
+inline constexpr double kHottestSample = 300.0;
+
+/// False for NaN too, which fails both comparisons.
+constexpr bool possible_sample(double volume_temperature) noexcept {
+  return volume_temperature >= kColdestSample && volume_temperature <= kHottestSample;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,227 @@
+#include "photocoag/run/estimation_study.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "photocoag/core/random.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/plant.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr double kLowestAlpha = 0.35;
+constexpr double kHighestAlpha = 1.5;
+constexpr double kOutlierSize = 20.0;  // K
+
+// Independent numbers of one eye; which is for what is told by the index of the draw.
+class Draws {
+ public:
+  Draws(int seed, std::uint64_t purpose)
+      : seed_(static_cast<std::uint64_t>(seed) * 16 + purpose) {}
+  double uniform(std::uint64_t k) const {
+    return photocoag::uniform(seed_, k, RandomStream::kStudy);
+  }
+  double normal(std::uint64_t k) const { return standard_normal(seed_, k, RandomStream::kStudy); }
+
+ private:
+  std::uint64_t seed_;
+};
+
+// Sums over eyes; EstimationCycle once divided.
+struct Sums {
+  EstimationCycle sum;
+  double used = 0.0;  // samples
+};
+
+double square(double value) { return value * value; }
+
+// e' P^-1 e per dimension. Directions that the estimator knows exactly (variance below rounding, as
+// those of a cold tissue) are left out. In correlations, so that no unit enters.
+double normalized_square(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& error) {
+  constexpr double kKnown = 1e-9;
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  if (!(sigma.array() > 0.0).all()) return std::numeric_limits<double>::quiet_NaN();
+  const Eigen::VectorXd inverse = sigma.cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
+                                                             inverse.asDiagonal());
+  const Eigen::VectorXd along = eigen.eigenvectors().transpose() * error.cwiseProduct(inverse);
+  double sum = 0.0;
+  int dimensions = 0;
+  for (Eigen::Index i = 0; i < along.size(); ++i) {
+    if (eigen.eigenvalues()[i] < kKnown) continue;
+    sum += square(along[i]) / eigen.eigenvalues()[i];
+    ++dimensions;
+  }
+  return sum / dimensions;
+}
+
+template <typename P>
+double state_nees(const Controller& controller, const P& plant, double alpha) {
+  if constexpr (requires { plant.state(); }) {
+    const auto& filter = controller.filter();
+    const Eigen::Index n = filter.state().size();
+    Eigen::VectorXd error(n + 1);
+    error.head(n) = filter.state() - plant.state();
+    error[n] = filter.absorption_factor() - alpha;
+    return normalized_square(filter.covariance(), error);
+  } else {
+    return 0.0;
+  }
+}
+
+void add_errors(const Config& config, const Estimate& estimate, const Outputs& truth, double alpha,
+                Sums& at) {
+  const double alpha_error = estimate.absorption_factor - alpha;
+  at.sum.nees_alpha += square(alpha_error / estimate.absorption_sigma);
+  const double peak_error = estimate.outputs.peak - truth.peak;
+  if (estimate.peak_sigma > 0.0) at.sum.nees_peak += square(peak_error / estimate.peak_sigma);
+  at.sum.rms_alpha += square(alpha_error / alpha);
+  at.sum.rms_peak += square(peak_error);
+  at.sum.sigma_alpha += estimate.absorption_sigma;
+  at.sum.moved_alpha +=
+      square(estimate.absorption_factor - config.estimator.absorption_initial);
+}
+
+// The sample at the end of cycle k; NaN: none.
+double disturbed(const EstimationScenario& scenario, double noisy, std::size_t k,
+                 const Draws& fate) {
+  if (k >= scenario.gap_begin && k < scenario.gap_end) return Sample{}.volume_temperature;
+  const double u = fate.uniform(k);
+  if (u < scenario.missing) return Sample{}.volume_temperature;
+  if (scenario.bias_begin > 0 && k >= scenario.bias_begin) noisy += scenario.bias;
+  if (u > 1.0 - 0.5 * scenario.outliers) return noisy + kOutlierSize;
+  if (u > 1.0 - scenario.outliers) return noisy - kOutlierSize;
+  return noisy;
+}
+
+template <Plant P>
+void treat_one(const Config& config, const EstimationScenario& scenario, Controller controller,
+               P plant, double alpha, int seed, std::vector<Sums>& sums) {
+  const Draws noise(seed, 1);
+  const Draws fate(seed, 2);
+  const Draws unknown_power(seed, 3);
+  double power = scenario.dark ? 0.0 : controller.decide().power;
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    double extra = 0.0;
+    if (!scenario.full_order && scenario.matched_noise) {
+      extra = config.estimator.power_process_noise * unknown_power.normal(k);
+    }
+    plant.step(power + extra);
+    const Outputs truth = plant.outputs();
+    const double noisy = truth.volume + config.plant.noise * noise.normal(k);
+    const Estimate estimate = controller.observe(
+        {.volume_temperature = disturbed(scenario, noisy, k, fate), .applied_power = power});
+    add_errors(config, estimate, truth, alpha, sums[k]);
+    sums[k].sum.nees += state_nees(controller, plant, alpha);
+    if (estimate.status == UpdateStatus::kUpdated) {
+      const auto& filter = controller.filter();
+      sums[k].sum.nis += square(filter.innovation() / filter.innovation_sigma());
+      sums[k].used += 1.0;
+    } else if (estimate.status == UpdateStatus::kOutlier) {
+      sums[k].sum.rejected += 1.0;
+    }
+    if (!scenario.dark) power = controller.decide().power;
+  }
+}
+
+double draw_alpha(const Config& config, const EstimationScenario& scenario, int seed) {
+  const Draws draws(seed, 0);
+  if (!scenario.matched_noise) {
+    return kLowestAlpha + (kHighestAlpha - kLowestAlpha) * draws.uniform(0);
+  }
+  const EstimatorSettings& s = config.estimator;
+  double alpha = 0.0;
+  std::uint64_t k = 0;
+  do {
+    alpha = s.absorption_initial + s.absorption_sigma_initial * draws.normal(k++);
+  } while (alpha < s.absorption_min || alpha > s.absorption_max);
+  return alpha;
+}
+
+}  // namespace
+
+EstimationStatistics estimation_statistics(const Config& base, ModelStore& models,
+                                           const EstimationScenario& scenario, int seeds) {
+  Config config = base;
+  if (scenario.prior_sigma > 0.0) {
+    config.estimator.absorption_sigma_initial = scenario.prior_sigma;
+  }
+  std::vector<Sums> sums(config.cycles());
+  const ReducedModel& model = models.reduced();
+  const Controller controller(model, config.control, config.estimator);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const double alpha = draw_alpha(config, scenario, seed);
+    if (scenario.full_order) {
+      treat_one(config, scenario, controller,
+                FullOrderPlant(models.plant_full(), config.plant.discretization,
+                               config.control.period, alpha),
+                alpha, seed, sums);
+    } else {
+      treat_one(config, scenario, controller, ReducedPlant(model, alpha), alpha, seed, sums);
+    }
+  }
+  EstimationStatistics result{.scenario = scenario, .cycles = {}};
+  for (const Sums& at : sums) {
+    EstimationCycle mean = at.sum;
+    mean.nis /= std::max(1.0, at.used);
+    mean.rejected /= std::max(1.0, at.used + mean.rejected);
+    for (double* value : {&mean.nees, &mean.nees_alpha, &mean.nees_peak, &mean.rms_alpha,
+                          &mean.rms_peak, &mean.sigma_alpha, &mean.moved_alpha}) {
+      *value /= seeds;
+    }
+    mean.rms_alpha = std::sqrt(mean.rms_alpha);
+    mean.rms_peak = std::sqrt(mean.rms_peak);
+    mean.moved_alpha = std::sqrt(mean.moved_alpha);
+    result.cycles.push_back(mean);
+  }
+  return result;
+}
+
+EstimationCycle EstimationStatistics::mean(std::size_t begin, std::size_t end) const {
+  EstimationCycle sum;
+  end = std::min(end, cycles.size());
+  const double count = static_cast<double>(end - begin);
+  for (std::size_t k = begin; k < end; ++k) {
+    const EstimationCycle& c = cycles[k];
+    sum.nis += c.nis / count;
+    sum.nees += c.nees / count;
+    sum.nees_alpha += c.nees_alpha / count;
+    sum.nees_peak += c.nees_peak / count;
+    sum.rms_alpha += square(c.rms_alpha) / count;
+    sum.rms_peak += square(c.rms_peak) / count;
+    sum.sigma_alpha += c.sigma_alpha / count;
+    sum.moved_alpha += square(c.moved_alpha) / count;
+    sum.rejected += c.rejected / count;
+  }
+  sum.rms_alpha = std::sqrt(sum.rms_alpha);
+  sum.rms_peak = std::sqrt(sum.rms_peak);
+  sum.moved_alpha = std::sqrt(sum.moved_alpha);
+  return sum;
+}
+
+std::vector<EstimationScenario> estimation_scenarios(const Config& config) {
+  const std::size_t cycles = config.cycles();
+  return {{.name = "reduced eye, matched noise", .full_order = false, .matched_noise = true},
+          {.name = "the same, prior sigma 0.002",
+           .full_order = false,
+           .matched_noise = true,
+           .prior_sigma = 0.002},
+          {.name = "reduced eye, no unknown power", .full_order = false},
+          {.name = "full-order eye, alpha from the prior", .matched_noise = true},
+          {.name = "full-order eye"},
+          {.name = "full-order eye, no light", .dark = true},
+          {.name = "full-order eye, 2 % outliers", .outliers = 0.02},
+          {.name = "full-order eye, 20 % missing", .missing = 0.2},
+          {.name = "full-order eye, gap of a fifth",
+           .gap_begin = cycles / 5,
+           .gap_end = 2 * (cycles / 5)},
+          {.name = "full-order eye, +5 K from half on", .bias_begin = cycles / 2, .bias = 5.0}};
+}
+
+}  // namespace photocoag
