@@ -27,6 +27,7 @@ solver              = "dense"      # or "osqp"
 
 [estimator]
 kind                     = "ekf"
+window                   = 20
 absorption_initial       = 0.7363
 absorption_sigma_initial = 0.25
 absorption_min           = 0.2

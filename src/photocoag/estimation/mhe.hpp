@@ -1,7 +1,7 @@
 // Role: online; moving horizon estimator for state and absorption factors together. Used by loop.
 // Source: Rao, Rawlings and Mayne, IEEE Trans. Autom. Control 48 (2003) 246-258; bounded
-// Gauss-Newton as in Kleyman et al., arXiv 2103.03189 (group's MHE); docs/estimation.md (E26) to
-// (E29). Differences: the unknown power of every period is part of the problem, eliminated exactly;
+// Gauss-Newton as in Kleyman et al., arXiv 2103.03189 (group's MHE); docs/equations.md (E26),
+// (E27). Differences: the unknown power of every period is part of the problem, eliminated exactly;
 // the step is taken in measurement space, so that a singular arrival covariance (cold tissue) is no
 // special case. Units: SI. Real time: predict and update are noexcept, allocation-free, bounded:
 // at most kMaxIterations linearizations of a window of at most kMaxWindow samples. Threads: one
