@@ -1,7 +1,8 @@
 // `photocoag estimation`: how large the estimator's errors are, and whether it knows.
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <algorithm>
+#include <chrono>
 #include <iterator>
 
 #include "commands.hpp"
@@ -9,6 +10,8 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/random.hpp"
+#include "photocoag/estimation/estimator.hpp"
 #include "photocoag/run/estimation_study.hpp"
 
 namespace photocoag {
@@ -23,6 +26,27 @@ void print_row(std::string_view name, const EstimationCycle& mean, double period
              mean.nees > 0.0 ? fmt::format("{:.3f}", mean.nees) : "-", mean.nees_alpha,
              mean.nees_peak, 100.0 * mean.rms_alpha, mean.sigma_alpha, mean.rms_peak,
              100.0 * mean.rejected);
+}
+
+// Median of predict and update together over one open-loop treatment, us.
+double step_cost_us(const Config& config, const ReducedModel& model, EstimatorKind kind) {
+  using Clock = std::chrono::steady_clock;
+  EstimatorSettings settings = config.estimator;
+  settings.kind = kind;
+  AnyEstimator estimator(model, settings);
+  ReducedPlant plant(model, config.plant.absorption_factor);
+  std::vector<double> us;
+  for (std::uint64_t k = 0; k < 4000; ++k) {
+    const double power = k < 4 ? 0.1 : 0.025;
+    plant.step(power);
+    const double noise = config.plant.noise * standard_normal(1, k, RandomStream::kStudy);
+    const auto begin = Clock::now();
+    estimator.predict(power);
+    estimator.update(plant.outputs().volume + noise);
+    us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+  }
+  std::nth_element(us.begin(), us.begin() + 2000, us.end());
+  return us[2000];
 }
 
 std::string csv(const std::vector<EstimationStatistics>& all, double period) {
@@ -68,6 +92,9 @@ int estimation(const EstimationOptions& options) {
     }
     print_row("", one.mean(0, cycles), period, 0, cycles);
   }
+  fmt::print("\none sample, median: ekf {:.2f} us, mhe with a window of {} {:.2f} us\n",
+             step_cost_us(config, models.reduced(), EstimatorKind::kEkf), config.estimator.window,
+             step_cost_us(config, models.reduced(), EstimatorKind::kMhe));
   if (!options.csv.empty()) {
     const std::string text = csv(all, period);
     if (options.csv == "-") {

@@ -132,7 +132,7 @@ const std::vector<BadOverride> kOverrides = {
      "control.osqp_tolerance: found 0; accepted: a number from 1e-06"},
     {{"control.state_weight=2"},
      "control.state_weight: found 2 (an integer); accepted: \"constant\" or \"delayed\""},
-    {{"estimator.kind=mhe"}, "estimator.kind: found \"mhe\"; accepted: \"ekf\""},
+    {{"estimator.kind=ukf"}, "estimator.kind: found \"ukf\"; accepted: \"ekf\" or \"mhe\""},
     {{"model.method=pod"},
      "model.method: found \"pod\"; accepted: \"pod-deim\" or \"balanced\" or "
      "\"balanced-two-sided\" or \"irka\" or \"taylor\""},

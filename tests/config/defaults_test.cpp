@@ -34,6 +34,7 @@ osqp_tolerance      = 1e-3         # beyond the contract
 
 [estimator]
 kind                     = "ekf"
+window                   = 20
 absorption_initial       = 0.7363
 absorption_sigma_initial = 0.25
 absorption_min           = 0.2

@@ -143,6 +143,105 @@ TEST(MovingHorizon, DoesNotDependOnTheReducedStatesScale) {
   }
 }
 
+/// A model whose choroid is scaled by beta. Its accuracy over beta plays no part: eye and model are
+/// the same.
+const ReducedModel& model_with_beta() {
+  static const ReducedModel model = [] {
+    Tissue tissue;
+    tissue.layers[3].scaled_by_beta = true;
+    const FullOrderModel full(tissue, {.min_cells = 4000});
+    ReductionSettings settings;
+    settings.refinement = Refinement::kNone;
+    ReducedModel made =
+        project_model(full, reduction_space(full), settings, 1e-3, Discretization::kZeroOrderHold);
+    made.parameters = 2;
+    return made;
+  }();
+  return model;
+}
+
+template <typename E>
+double final_error(const EstimatorSettings& settings, double alpha, double beta,
+                   std::uint64_t seed) {
+  E estimator(model_with_beta(), settings);
+  ReducedPlant plant(model_with_beta(), alpha, beta);
+  Draw draw(seed);
+  for (int k = 0; k < 1500; ++k) {
+    const double power = k % 300 < 200 ? 0.04 : 0.0;
+    plant.step(power);
+    estimator.predict(power);
+    estimator.update(plant.outputs().volume + 0.288 * draw.normal());
+    EXPECT_GE(estimator.choroid_factor(), settings.choroid_min);
+    EXPECT_LE(estimator.choroid_factor(), settings.choroid_max);
+  }
+  EXPECT_NEAR(estimator.absorption_factor(), alpha, 5.0 * estimator.absorption_sigma());
+  EXPECT_NEAR(estimator.choroid_factor(), beta, 5.0 * estimator.choroid_sigma());
+  EXPECT_LT(estimator.choroid_sigma(), 0.2 * settings.choroid_sigma_initial);
+  return estimator.choroid_factor() - beta;
+}
+
+TEST(TwoUnknowns, BothEstimatorsFindAlphaAndBetaOfAMatchedEye) {
+  const EstimatorSettings settings{.power_process_noise = 1e-5, .unknowns = Unknowns::kRpeChoroid};
+  for (const double beta : {0.7, 1.0, 1.4}) {
+    final_error<ExtendedKalmanFilter>(settings, 0.9, beta, 3);
+    final_error<MovingHorizonEstimator>(settings, 0.9, beta, 3);
+  }
+}
+
+TEST(TwoUnknowns, GradientsAndCovarianceAreConsistent) {
+  EstimatorSettings settings{.unknowns = Unknowns::kRpeChoroid};
+  MovingHorizonEstimator mhe(model_with_beta(), settings);
+  for (int k = 0; k < 30; ++k) {
+    mhe.predict(0.03);
+    mhe.update(5.0 + 0.2 * k);
+  }
+  ASSERT_EQ(mhe.covariance().rows(), model_with_beta().order() + 2);
+  for (int i = 0; i < mhe.start().size(); ++i) {
+    const double h = 1e-3;
+    const auto value = [&](double steps) {
+      ExtendedVector z = mhe.start();
+      z[i] += steps * h;
+      return mhe.predicted_volume(z, 12);
+    };
+    const double difference = (8.0 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12.0 * h);
+    EXPECT_NEAR(mhe.measurement_gradient(12)[i], difference,
+                1e-9 * std::max(1.0, std::abs(difference)))
+        << i;
+  }
+}
+
+TEST(TwoUnknowns, AModelWithOneParameterIsRefused) {
+  const EstimatorSettings settings{.unknowns = Unknowns::kRpeChoroid};
+  EXPECT_THROW(ExtendedKalmanFilter(model_1khz(), settings), std::exception);
+  EXPECT_THROW(MovingHorizonEstimator(model_1khz(), settings), std::exception);
+}
+
+TEST(TwoUnknowns, TheBoxHasTheMostLikelyPoint) {
+  // Against a scan of the box, for means in and out of it and covariances of either sign.
+  const ParameterBox box{{0.2, 0.4}, {2.0, 2.5}};
+  Draw draw(5);
+  for (int trial = 0; trial < 200; ++trial) {
+    const double s = draw.between(0.05, 1.0);
+    const double t = draw.between(0.05, 1.0);
+    const double c = draw.between(-0.95, 0.95) * s * t;
+    const double V[2][2] = {{s * s, c}, {c, t * t}};
+    const Parameters mean{draw.between(-1.0, 3.0), draw.between(-1.0, 4.0)};
+    const auto cost = [&](double a, double b) {
+      const double x = a - mean[0];
+      const double y = b - mean[1];
+      return (V[1][1] * x * x - 2.0 * c * x * y + V[0][0] * y * y) / (V[0][0] * V[1][1] - c * c);
+    };
+    const BoxedParameters boxed = keep_inside(mean, V, 2, box);
+    double least = 1e300;
+    for (int i = 0; i <= 100; ++i) {
+      for (int j = 0; j <= 100; ++j) {
+        least = std::min(least, cost(0.2 + 0.018 * i, 0.4 + 0.021 * j));
+      }
+    }
+    ASSERT_LE(cost(boxed.value[0], boxed.value[1]), least * (1.0 + 1e-9) + 1e-12) << trial;
+  }
+}
+
 TEST(MovingHorizon, SameInputSameBits) {
   const MovingHorizonEstimator first = followed({}, 0.9, 60);
   const MovingHorizonEstimator second = followed({}, 0.9, 60);

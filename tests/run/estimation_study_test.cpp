@@ -74,6 +74,18 @@ TEST(EstimationStudy, WithoutLightTheEstimateStays) {
   EXPECT_NEAR(mean.sigma_alpha, 0.25, 0.01);
 }
 
+TEST(EstimationStudy, MovingHorizonIsConsistentFromTheFirstSamplesOn) {
+  Config config = small_config();
+  config.estimator.kind = EstimatorKind::kMhe;
+  const EstimationCycle mean = over({}, 0, 250, config);
+  EXPECT_GT(mean.nis, 0.85);
+  EXPECT_LT(mean.nis, 1.1);
+  EXPECT_LT(mean.nees_alpha, 1.7);
+  EXPECT_GT(mean.nees_alpha, 0.6);
+  // It linearizes again when it knows more: the first 10 ms are where it gains.
+  EXPECT_LT(over({}, 0, 10, config).rms_peak, 0.9 * over({}, 0, 10).rms_peak);
+}
+
 TEST(EstimationStudy, IsDeterministic) {
   const Config config = small_config();
   ModelStore models(config, false);

@@ -111,8 +111,6 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
       list.end(),
       {word(key("kind"), s.kind, {"ekf", "mhe"},
             "extended Kalman filter or moving horizon estimator, for temperature and alpha"),
-       word(key("unknowns"), s.unknowns, {"rpe", "rpe-choroid"},
-            "alpha, or alpha and beta of the layers with scaled_by = \"beta\""),
        integer(key("window"), s.window, 2, kMaxWindow, "control samples in the moving horizon"),
        number(key("absorption_initial"), s.absorption_initial, kOne, {0.05, 5},
               "alpha before the first sample, from absorption_min to absorption_max"),
@@ -132,15 +130,7 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
               "sample"),
        number(key("outlier_sigma"), s.outlier_sigma, kOne, {0, 100},
               "a sample this many standard deviations from its prediction is rejected, and the "
-              "gate doubles with each; 0: never, else from 3"),
-       number(key("choroid_initial"), s.choroid_initial, kOne, {0.05, 20},
-              "beta before the first sample, or always with unknowns = \"rpe\""),
-       number(key("choroid_sigma_initial"), s.choroid_sigma_initial, kOne, {0, 2, true},
-              "its standard deviation"),
-       number(key("choroid_min"), s.choroid_min, kOne, {0.05, 20}, "beta is kept at or above"),
-       number(key("choroid_max"), s.choroid_max, kOne, {0.05, 20}, "beta is kept at or below"),
-       number(key("choroid_process_noise"), s.choroid_process_noise, kOne, {0, 0.1},
-              "standard deviation added to beta per control sample")});
+              "gate doubles with each; 0: never, else from 3")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

@@ -1,5 +1,5 @@
 // Role: online; what every estimator of (x, alpha[, beta]) needs: derivatives by the unknowns,
-// covariance steps, the box of the unknowns. Used by ekf and mhe. Source: docs/estimation.md (E15)
+// covariance steps, the box of the unknowns. Used by ekf and mhe. Source: docs/equations.md (E15)
 // to (E17). Real time: noexcept, bounded, no allocation.
 #pragma once
 

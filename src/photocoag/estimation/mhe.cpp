@@ -83,7 +83,7 @@ void MovingHorizonEstimator::absorb_oldest() noexcept {
   const int n = order_;
   const double u = power_[0] + unknown_power_[0];
   SlopeMatrix b(n, U);
-  for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * u;
+  for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power_[0];
   const StateVector reached = model_.A_d.lazyProduct(start_state_) + matrices_.input * u;
   StateVector mean =
       model_.A_d.lazyProduct(prior_mean_.head(n)) + matrices_.input * power_[0];
@@ -174,7 +174,7 @@ void MovingHorizonEstimator::linearize(Linearization& at) const noexcept {
     const double u = power_[j] + unknown_power_[j];
     x = (model_.A_d.lazyProduct(x) + matrices_.input * u).eval();
     at.end_slope = (model_.A_d.lazyProduct(at.end_slope)).eval();
-    for (int q = 0; q < unknowns_; ++q) at.end_slope.col(q) += input_slope(matrices_, q) * u;
+    for (int q = 0; q < unknowns_; ++q) at.end_slope.col(q) += input_slope(matrices_, q) * power_[j];
     if (std::isnan(sample_[j])) continue;
     const int r = at.rows++;
     at.period[r] = j;
@@ -377,8 +377,9 @@ double MovingHorizonEstimator::predicted_volume(const ExtendedVector& start,
   evaluate_at(model_, p, matrices);
   StateVector x = start.head(order_);
   for (int k = 0; k <= j; ++k) {
-    const double u = power_[k] + unknown_power_[k];
-    x = (model_.A_d.lazyProduct(x) + matrices.input * u).eval();
+    x = (model_.A_d.lazyProduct(x) + matrices.input * power_[k] +
+         matrices_.input * unknown_power_[k])
+            .eval();
   }
   return matrices.volume.dot(x);
 }

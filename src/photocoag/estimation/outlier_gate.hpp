@@ -1,6 +1,6 @@
 // Role: online; statistical gate on the innovation, with a rule that keeps a real change from being
 // locked out. Used by the estimators. Source: validation gate, Bar-Shalom, Li and Kirubarajan
-// (2001), section 7.2; docs/estimation.md (E25). Difference: the gate widens with every sample
+// (2001), section 7.2; docs/equations.md (E25). Difference: the gate widens with every sample
 // that it rejects. Real time: noexcept, no allocation.
 #pragma once
 

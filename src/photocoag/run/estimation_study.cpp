@@ -169,6 +169,7 @@ EstimationStatistics estimation_statistics(const Config& base, ModelStore& model
   EstimationStatistics result{.scenario = scenario, .cycles = {}};
   for (const Sums& at : sums) {
     EstimationCycle mean = at.sum;
+    mean.used = at.used;
     mean.nis /= std::max(1.0, at.used);
     mean.rejected /= std::max(1.0, at.used + mean.rejected);
     for (double* value : {&mean.nees, &mean.nees_alpha, &mean.nees_peak, &mean.rms_alpha,
@@ -189,7 +190,8 @@ EstimationCycle EstimationStatistics::mean(std::size_t begin, std::size_t end) c
   const double count = static_cast<double>(end - begin);
   for (std::size_t k = begin; k < end; ++k) {
     const EstimationCycle& c = cycles[k];
-    sum.nis += c.nis / count;
+    sum.nis += c.nis * c.used;
+    sum.used += c.used;
     sum.nees += c.nees / count;
     sum.nees_alpha += c.nees_alpha / count;
     sum.nees_peak += c.nees_peak / count;
@@ -199,6 +201,7 @@ EstimationCycle EstimationStatistics::mean(std::size_t begin, std::size_t end) c
     sum.moved_alpha += square(c.moved_alpha) / count;
     sum.rejected += c.rejected / count;
   }
+  sum.nis /= std::max(1.0, sum.used);
   sum.rms_alpha = std::sqrt(sum.rms_alpha);
   sum.rms_peak = std::sqrt(sum.rms_peak);
   sum.moved_alpha = std::sqrt(sum.moved_alpha);

@@ -43,6 +43,7 @@ struct EstimationCycle {
   double sigma_alpha = 0.0; ///< mean of the stated standard deviation
   double moved_alpha = 0.0; ///< root mean square of estimate - initial value
   double rejected = 0.0;    ///< part of the samples that the gate rejected
+  double used = 0.0;        ///< samples over all eyes that the estimator used
 };
 
 struct EstimationStatistics {
