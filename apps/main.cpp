@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "study_commands.hpp"
 
 namespace {
 
@@ -240,6 +241,8 @@ int run_command(int argc, char** argv) {
              "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
              "                                of its own in the source tree, see benchmarks/"));
   bench_app->callback([&] { exit_code = bench(bench_options); });
+
+  add_study_commands(app, exit_code);
 
   try {
     app.parse(argc, argv);

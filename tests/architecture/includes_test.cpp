@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc"}},
     {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config"}},
     {"report", {"core"}},
+    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {

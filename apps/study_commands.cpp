@@ -1,0 +1,102 @@
+#include "study_commands.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/reproduce.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The shipped studies: beside an installed program, else in the source tree.
+fs::path shipped_studies() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / "../share/photocoag/studies";
+  return !error && fs::exists(installed / "plan.toml") ? installed
+                                                        : fs::path(PHOTOCOAG_STUDIES_DIR);
+}
+
+fs::path new_folder(const std::string& name) {
+  const fs::path base =
+      fs::path("runs") / fmt::format("{}-{:%Y%m%d-%H%M%S}", name, fmt::gmtime(std::time(nullptr)));
+  fs::path folder = base;
+  for (int i = 2; fs::exists(folder); ++i) folder = fmt::format("{}-{}", base.string(), i);
+  return folder;
+}
+
+}  // namespace
+
+int reproduce_command(const ReproduceCommandOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  const ReproduceOptions request{
+      .studies = options.studies.empty() ? shipped_studies() : fs::path(options.studies),
+      .out = options.out.empty() ? new_folder("reproduction") : fs::path(options.out),
+      .quick = options.quick,
+      .use_cache = !options.no_cache};
+  const std::vector<StudyOutcome> outcomes =
+      reproduce(request, [](std::string_view label, double fraction) {
+        draw_progress("studies", fraction, label);
+      });
+  clear_progress();
+  std::size_t count[3] = {};
+  bool as_expected = true;
+  for (const StudyOutcome& outcome : outcomes) {
+    fmt::print("{} ({} seeds)\n", outcome.study.title, outcome.seeds);
+    for (const JudgedClaim& claim : outcome.claims) {
+      ++count[static_cast<int>(claim.verdict)];
+      fmt::print("  {:<21} {}{}\n", name_of(claim.verdict), claim.claim.text,
+                 claim.as_expected() ? ""
+                                     : fmt::format("  (CHANGED: {} expects \"{}\")",
+                                                   outcome.study.file.filename().string(),
+                                                   claim.claim.expected));
+      as_expected = as_expected && claim.as_expected();
+    }
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  fmt::print(stderr, "claims    {} hold, {} differ, {} cannot be judged here; {:.1f} s\n", count[0],
+             count[1], count[2], wall.count());
+  fmt::print(stderr, "report    {}\n", (request.out / "index.html").string());
+  return as_expected ? 0 : 1;
+}
+
+void add_study_commands(CLI::App& app, int& exit_code) {
+  const auto reproduce_options = std::make_shared<ReproduceCommandOptions>();
+  CLI::App* reproduce_app = app.add_subcommand(
+      "reproduce",
+      "every table and figure of the paper's results, with a verdict for each of its claims");
+  reproduce_app
+      ->add_option("--out", reproduce_options->out,
+                   "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  reproduce_app
+      ->add_option("--studies", reproduce_options->studies,
+                   "folder with plan.toml and the studies; default: the shipped ones")
+      ->type_name("DIR");
+  reproduce_app->add_flag("--quick", reproduce_options->quick,
+                          "few noise seeds, no sensitivities: for continuous integration");
+  reproduce_app->add_flag("--no-cache", reproduce_options->no_cache,
+                          "make the reduced models anew");
+  reproduce_app->footer(fmt::format(
+      "Examples:\n  photocoag reproduce --out runs/paper\n  photocoag reproduce --quick\n"
+      "Exit code: 0 good; 1 a verdict is not the one that the study's file expects; 2 bad "
+      "input.\n{}",
+      kResearchNotice));
+  reproduce_app->callback(
+      [&exit_code, reproduce_options] { exit_code = reproduce_command(*reproduce_options); });
+}
+
+}  // namespace photocoag
