@@ -12,7 +12,9 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/page_frame.hpp"
 #include "photocoag/study/reproduce.hpp"
+#include "photocoag/study/sweep.hpp"
 #include "progress.hpp"
 
 namespace photocoag {
@@ -73,6 +75,91 @@ int reproduce_command(const ReproduceCommandOptions& options) {
   return as_expected ? 0 : 1;
 }
 
+int sweep_command(const SweepOptions& options) {
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  std::vector<Varied> varied;
+  for (const std::string& option : options.vary) varied.push_back(parse_varied(option));
+  const fs::path folder = options.out.empty() ? new_folder("sweep") : fs::path(options.out);
+  check_run_folder(folder);
+  const std::vector<SweepPoint> points =
+      sweep(options.config, options.set, varied, options.seeds, !options.no_cache,
+            [](std::size_t done, std::size_t total) {
+              draw_progress("sweeping", static_cast<double>(done) / static_cast<double>(total),
+                            fmt::format("{} of {} runs", done, total));
+            });
+  clear_progress();
+  for (const Varied& one : varied) fmt::print("{:<{}}", one.key, one.key.size() + 2);
+  for (const auto& [measure, statistic] : sweep_columns()) fmt::print("{:>{}}", measure, measure.size() + 2);
+  fmt::print("\n");
+  for (const SweepPoint& point : points) {
+    for (std::size_t i = 0; i < varied.size(); ++i) {
+      fmt::print("{:<{}}", point.values[i], varied[i].key.size() + 2);
+    }
+    for (const auto& [measure, statistic] : sweep_columns()) {
+      fmt::print("{:>{}}", fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))), measure.size() + 2);
+    }
+    fmt::print("\n");
+  }
+  write_sweep(folder, varied, points, options.seeds);
+  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  return 0;
+}
+
+int compare_runs_command(const CompareRunsOptions& options) {
+  const fs::path folder = options.out.empty() ? new_folder("comparison") : fs::path(options.out);
+  compare_runs({options.runs.begin(), options.runs.end()}, folder);
+  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  return 0;
+}
+
+namespace {
+
+void add_sweep(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<SweepOptions>();
+  CLI::App* command = app.add_subcommand(
+      "sweep", "simulate every combination of some values: table, CSV, overlay plot");
+  command->add_option("--config", options->config, "TOML file; without it the defaults")
+      ->type_name("FILE");
+  command->add_option("--set", options->set, "one key of the configuration; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--vary", options->vary,
+                   "a key and its values; may be repeated: every combination is run")
+      ->required()
+      ->type_name("KEY=V1,V2,...")
+      ->allow_extra_args(false);
+  command->add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  command
+      ->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+  command->footer(fmt::format(
+      "Examples:\n"
+      "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"
+      "    --vary control.power_weight=0,5e1,5e4 --seeds 5\n"
+      "Over the seeds: the largest peak, error and power, the median time.\n{}",
+      kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = sweep_command(*options); });
+}
+
+void add_compare(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<CompareRunsOptions>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "several run folders in one report: one time axis, configuration differences");
+  command->add_option("RUN", options->runs, "run folders of treat or simulate")->required();
+  command
+      ->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command->footer(fmt::format(
+      "Examples:\n  photocoag compare runs/first runs/second --out runs/both\n{}", kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = compare_runs_command(*options); });
+}
+
+}  // namespace
+
 void add_study_commands(CLI::App& app, int& exit_code) {
   const auto reproduce_options = std::make_shared<ReproduceCommandOptions>();
   CLI::App* reproduce_app = app.add_subcommand(
@@ -97,6 +184,8 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       kResearchNotice));
   reproduce_app->callback(
       [&exit_code, reproduce_options] { exit_code = reproduce_command(*reproduce_options); });
+  add_sweep(app, exit_code);
+  add_compare(app, exit_code);
 }
 
 }  // namespace photocoag

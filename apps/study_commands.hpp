@@ -1,7 +1,10 @@
-// Role: the program; commands for many runs at once: reproduce. Each returns the exit code.
+// Role: the program; commands for many runs at once: reproduce, sweep, compare. Each returns the exit code.
 #pragma once
 
 #include <string>
+#include <vector>
+
+#include "commands.hpp"
 
 namespace CLI {
 class App;
@@ -16,7 +19,20 @@ struct ReproduceCommandOptions {
   bool no_cache = false;
 };
 
+struct SweepOptions : CommonOptions {
+  std::vector<std::string> vary;  ///< "key=v1,v2,…"
+  int seeds = 1;
+  std::string out;  ///< folder, new or empty; empty: a new one below runs/
+};
+
+struct CompareRunsOptions {
+  std::vector<std::string> runs;
+  std::string out;
+};
+
 int reproduce_command(const ReproduceCommandOptions& options);
+int sweep_command(const SweepOptions& options);
+int compare_runs_command(const CompareRunsOptions& options);
 
 /// Adds the commands of this file to the program; each stores its exit code.
 void add_study_commands(CLI::App& app, int& exit_code);

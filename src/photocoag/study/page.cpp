@@ -1,14 +1,12 @@
 // index.html of `reproduce`.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
+#include <set>
 
-#include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/report/html.hpp"
-#include "photocoag/report/page.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/study/page_frame.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/timing.hpp"
 
@@ -26,7 +24,10 @@ constexpr std::string_view kCss = R"css(
 .claims .why{color:var(--quiet);font-size:.875rem;margin-top:4px}
 .claims ul{margin:0;padding:0;list-style:none;font-size:.875rem}
 .claims li code{font-size:.8125rem}
-.claims .pred{width:32%}
+.claims .pred{width:42%}
+.claims details{border:0;padding:2px 0}
+.claims summary{font-weight:400;color:var(--quiet);font-size:.8125rem}
+.claims details code{font-size:.75rem}
 .times td,.times th{padding:4px 0 4px 22px;text-align:right;border-top:1px solid var(--line);font-weight:400}
 .times tr>:first-child{padding-left:0}
 .sens td,.sens th{border-top:1px solid var(--line);padding:4px 10px 4px 0;text-align:center;font-weight:400;font-size:.875rem}
@@ -38,22 +39,6 @@ constexpr std::string_view kCss = R"css(
 std::string_view symbol(Verdict3 verdict) {
   if (verdict == Verdict3::kHolds) return "✓";
   return verdict == Verdict3::kDiffers ? "≠" : "?";
-}
-
-std::string unit_of(const std::string& measure) {
-  for (const auto& [suffix, unit] : {std::pair{"_K", "K"}, {"_ms", "ms"}, {"_mW", "mW"},
-                                     {"_us", "µs"}, {"_percent", "%"}}) {
-    if (measure.ends_with(suffix)) return unit;
-  }
-  return {};
-}
-
-std::string number(double value, const std::string& unit) {
-  std::string text = std::isinf(value)   ? "never"
-                     : std::isnan(value) ? "none"
-                                         : fmt::format("{:.4g}", value);
-  if (text.starts_with('-')) text = "−" + text.substr(1);
-  return unit.empty() || !std::isfinite(value) ? text : text + "\u00a0" + unit;
 }
 
 void claims_table(std::string& html, const StudyOutcome& outcome) {
@@ -76,13 +61,16 @@ void claims_table(std::string& html, const StudyOutcome& outcome) {
     if (!why.empty()) fmt::format_to(Out(html), "<p class=\"why\">{}</p>", escape_html(why));
     html += "</td><td class=\"pred\">";
     if (!claim.claim.holds_if.empty()) {
-      fmt::format_to(Out(html), "<ul><li>holds if <code>{}</code></li>",
-                     escape_html(claim.claim.holds_if));
+      html += "<ul>";
+      std::set<std::string> shown;
       for (const TermValue& term : claim.terms) {
+        if (!shown.insert(term.term.text()).second) continue;
         fmt::format_to(Out(html), "<li><code>{}</code> = {}</li>", escape_html(term.term.text()),
-                       escape_html(number(term.value, unit_of(term.term.measure))));
+                       escape_html(number_text(term.value, unit_of(term.term.measure))));
       }
-      html += "</ul>";
+      fmt::format_to(Out(html),
+                     "</ul><details><summary>holds if</summary><code>{}</code></details>",
+                     escape_html(claim.claim.holds_if));
     }
     html += "</td></tr>\n";
   }
@@ -174,8 +162,7 @@ void summary(std::string& html, const std::vector<StudyOutcome>& outcomes) {
   }
   html += "<dl class=\"tiles\">\n";
   const auto tile = [&html](std::string_view name, std::size_t value, std::string_view note) {
-    fmt::format_to(Out(html), "<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n", name, value,
-                   note);
+    html += page_tile(name, std::to_string(value), note);
   };
   tile("Claims", count[0] + count[1] + count[2], "of the paper's text");
   tile("✓ hold", count[0], "on the simulated eye");
@@ -199,27 +186,18 @@ void summary(std::string& html, const std::vector<StudyOutcome>& outcomes) {
 
 std::string reproduce_page(const std::vector<StudyOutcome>& outcomes,
                            const std::vector<std::vector<StudyDrawing>>& drawings, bool quick) {
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-      "'unsafe-inline'\">\n<title>The paper's results, reproduced – "
-      "photocoag</title>\n<style>\n{}{}{}</style>\n</head>\n<body>\n<main>\n<header>\n"
-      "<p class=\"kicker\">photocoag {} · reproduction{}</p>\n"
-      "<h1><span class=\"verdict\">The paper's results on the simulated eye</span></h1>\n"
-      "<p class=\"run\">Model predictive control for retinal laser treatment at 1 kHz (Schaller, "
-      "Kleyman, Mordmüller, Schmidt, Wilson, Brinkmann, Müller, Worthmann)</p>\n"
-      "<p class=\"notice\">{} Layer thicknesses, spot radius and the filter's tuning are not in "
-      "the paper: its exact curves cannot be claimed, only its model, its method and what it "
-      "says. Where the paper treats porcine eyes, this treats simulated ones.</p>\n</header>\n",
-      plot_css(SvgKind::kInline), page_css(), kCss, version(), quick ? ", shortened" : "",
-      kResearchNotice);
+  std::string html = page_begin(
+      "The paper's results on the simulated eye",
+      quick ? "reproduction, shortened" : "reproduction",
+      "Model predictive control for retinal laser treatment at 1 kHz (Schaller, Kleyman, "
+      "Mordmüller, Schmidt, Wilson, Brinkmann, Müller, Worthmann)",
+      "Layer thicknesses, spot radius and the filter's tuning are not in the paper: its exact "
+      "curves cannot be claimed, only its model, its method and what it says. Where the paper "
+      "treats porcine eyes, this treats simulated ones.",
+      kCss);
   summary(html, outcomes);
   for (std::size_t i = 0; i < outcomes.size(); ++i) study_section(html, outcomes[i], drawings[i]);
-  fmt::format_to(Out(html), "<footer><p>{}</p></footer>\n</main>\n</body>\n</html>\n",
-                 kResearchNotice);
-  return html;
+  return html + page_end();
 }
 
 }  // namespace photocoag
