@@ -174,7 +174,7 @@ void add_study_commands(CLI::App& app, int& exit_code) {
                    "folder with plan.toml and the studies; default: the shipped ones")
       ->type_name("DIR");
   reproduce_app->add_flag("--quick", reproduce_options->quick,
-                          "few noise seeds, no sensitivities: for continuous integration");
+                          "without the sensitivities: for continuous integration");
   reproduce_app->add_flag("--no-cache", reproduce_options->no_cache,
                           "make the reduced models anew");
   reproduce_app->footer(fmt::format(

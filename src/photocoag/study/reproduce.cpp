@@ -82,7 +82,6 @@ std::vector<StudyOutcome> reproduce(
   for (const std::string& id : plan.studies) {
     studies.push_back(load_study(options.studies / (id + ".toml")));
   }
-  const int seeds = options.quick ? plan.quick_seeds : plan.seeds;
   const std::vector<Variation> variations =
       options.quick ? std::vector<Variation>{} : plan.variations;
   const auto steps = static_cast<double>(studies.size() * (1 + variations.size()));
@@ -95,7 +94,7 @@ std::vector<StudyOutcome> reproduce(
   for (const Study& study : studies) {
     tell(study.id, 0.0);
     outcomes.push_back(
-        run_study(study, {}, seeds, pool, [&](std::size_t done, std::size_t total) {
+        run_study(study, {}, plan.seeds, pool, [&](std::size_t done, std::size_t total) {
           tell(study.id, static_cast<double>(done) / static_cast<double>(total));
         }));
     step += 1.0;
@@ -106,7 +105,7 @@ std::vector<StudyOutcome> reproduce(
     for (const Variation& variation : variations) {
       const std::string label = study.id + ", " + variation.id;
       const StudyOutcome varied =
-          run_study(study, variation.set, plan.quick_seeds, pool,
+          run_study(study, variation.set, plan.variation_seeds, pool,
                     [&](std::size_t done, std::size_t total) {
                       tell(label, static_cast<double>(done) / static_cast<double>(total));
                     });

@@ -54,7 +54,7 @@ StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra
 struct ReproduceOptions {
   std::filesystem::path studies;  ///< folder with plan.toml and the studies
   std::filesystem::path out;      ///< folder, new or empty
-  bool quick = false;             ///< few seeds, no sensitivities
+  bool quick = false;             ///< no sensitivities
   bool use_cache = true;
 };
 

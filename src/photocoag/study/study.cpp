@@ -200,10 +200,10 @@ Study load_study(const fs::path& file) {
 Plan load_plan(const fs::path& file) {
   const Value root = read_toml_file(file.string());
   const Table table(root, "");
-  table.only({"studies", "seeds", "quick_seeds", "variation"});
+  table.only({"studies", "seeds", "variation_seeds", "variation"});
   Plan plan{.studies = table.texts("studies"),
-            .seeds = table.integer("seeds", 10),
-            .quick_seeds = table.integer("quick_seeds", 3),
+            .seeds = table.integer("seeds", 20),
+            .variation_seeds = table.integer("variation_seeds", 4),
             .variations = {}};
   for (const Table& variation : table.tables("variation")) {
     variation.only({"id", "title", "set"});

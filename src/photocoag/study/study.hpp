@@ -66,8 +66,8 @@ struct Variation {
 /// The closing page.
 struct Plan {
   std::vector<std::string> studies;  ///< ids, in the page's order
-  int seeds = 10;
-  int quick_seeds = 3;
+  int seeds = 20;
+  int variation_seeds = 4;
   std::vector<Variation> variations;
 };
 
