@@ -186,6 +186,7 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       [&exit_code, reproduce_options] { exit_code = reproduce_command(*reproduce_options); });
   add_sweep(app, exit_code);
   add_compare(app, exit_code);
+  add_campaign(app, exit_code);
 }
 
 }  // namespace photocoag

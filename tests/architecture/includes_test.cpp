@@ -29,6 +29,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config"}},
     {"report", {"core"}},
     {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report"}},
+    {"campaign",
+     {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
