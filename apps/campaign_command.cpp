@@ -84,8 +84,7 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   const CampaignResult result = run_campaign(campaign, request, ranks, stop_requested, show);
   if (ranks.rank() != 0) return 0;
   clear_progress();
-  const std::string again = fmt::format(
-      "./photocoag campaign {} --replay", options.file);
+  const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);
   write_results(request.out / "campaign.h5", campaign, result.spots);
   if (!result.spots.empty()) {
     write_file((request.out / "index.html").string(),
@@ -97,6 +96,10 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
              result.spots.size(), campaign.spots, result.computed, result.seconds,
              result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
              ranks.size(), ranks.size() == 1 ? "" : "s");
+  if (ranks.size() == 1 && result.cpu_seconds > 0.0) {
+    fmt::print(stderr, "          {:.0f} per second of processor time\n",
+               static_cast<double>(result.computed) / result.cpu_seconds);
+  }
   fmt::print(stderr, "limit     exceeded in {} spots: {:.4g} %, 95 % interval {:.4g} to {:.4g} %\n",
              summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
              100.0 * summary.probability_high);

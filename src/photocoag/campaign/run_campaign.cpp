@@ -4,6 +4,7 @@
 #include <bit>
 #include <chrono>
 #include <condition_variable>
+#include <ctime>
 #include <deque>
 #include <exception>
 #include <memory>
@@ -149,6 +150,7 @@ void lead(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks
   Ledger ledger(campaign.spots, journal.found());
   result.spots = journal.found();
   const auto begin = Clock::now();
+  const std::clock_t cpu_begin = std::clock();
   auto told = begin;
   int working = ranks.size() - 1;  // other ranks that have not been told the end
   std::size_t outside = 0;         // spots that other ranks have and have not sent back
@@ -203,6 +205,7 @@ void lead(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks
   }
   if (progress) tell();
   result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  result.cpu_seconds = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
   std::sort(result.spots.begin(), result.spots.end(),
             [](const SpotRecord& a, const SpotRecord& b) { return a.spot < b.spot; });
   result.complete = result.spots.size() == campaign.spots;

@@ -31,6 +31,7 @@ struct CampaignResult {
   std::vector<SpotRecord> spots;  ///< by number; on rank 0
   bool complete = false;
   double seconds = 0.0;           ///< of this session
+  double cpu_seconds = 0.0;       ///< of the processors, on this rank, in this session
   std::uint64_t computed = 0;     ///< in this session
   std::size_t full_order_states = 0;
 };

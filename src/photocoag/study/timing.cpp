@@ -11,9 +11,6 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/simulated_eye.hpp"
-#if PHOTOCOAG_HAS_OSQP
-#include "photocoag/osqp/sparse.hpp"
-#endif
 
 namespace photocoag {
 namespace {
@@ -79,24 +76,12 @@ std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPoo
                        .config = config,
                        .trajectories = {},
                        .measures = {}});
-#if PHOTOCOAG_HAS_OSQP
-    results.push_back({.id = fmt::format("osqp_n{}", horizon),
-                       .config = config,
-                       .trajectories = {},
-                       .measures = {}});
-#endif
   }
   for (int treatment = 0; treatment < treatments; ++treatment) {
     for (RunResult& result : results) {
       const auto models = pool.get(result.config);
       const std::vector<Decided> loop =
           record(result.config, *models, result.config.run.seed + static_cast<std::uint64_t>(treatment));
-#if PHOTOCOAG_HAS_OSQP
-      if (result.id.starts_with("osqp")) {
-        time_once<SparseOsqpController>(result.config, models->reduced, loop, result);
-        continue;
-      }
-#endif
       time_once<ModelPredictiveController<DenseSolver>>(result.config, models->reduced, loop,
                                                         result);
     }
