@@ -63,10 +63,10 @@ int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
 // A rate with time left, as a bar on a terminal.
 void show(const CampaignProgress& now) {
   const auto left = static_cast<long long>(now.seconds_left);
-  draw_progress("campaign", static_cast<double>(now.done) / static_cast<double>(now.total),
-                fmt::format("{} of {} spots, {:.0f}/s, {}:{:02}:{:02} left; Ctrl-C: continue later",
-                            now.done, now.total, now.per_second, left / 3600, left / 60 % 60,
-                            left % 60));
+  draw_progress(
+      "campaign", static_cast<double>(now.done) / static_cast<double>(now.total),
+      fmt::format("{} of {} spots, {:.0f}/s, {}:{:02}:{:02} left; Ctrl-C: continue later", now.done,
+                  now.total, now.per_second, left / 3600, left / 60 % 60, left % 60));
 }
 
 int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
@@ -92,7 +92,8 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   }
   const CampaignSummary summary = summarize_campaign(result.spots);
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print(stderr, "spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
+  fmt::print(stderr,
+             "spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
              result.spots.size(), campaign.spots, result.computed, result.seconds,
              result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
              ranks.size(), ranks.size() == 1 ? "" : "s");

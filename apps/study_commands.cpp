@@ -28,7 +28,7 @@ fs::path shipped_studies() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path installed = program.parent_path() / "../share/photocoag/studies";
   return !error && fs::exists(installed / "plan.toml") ? installed
-                                                        : fs::path(PHOTOCOAG_STUDIES_DIR);
+                                                       : fs::path(PHOTOCOAG_STUDIES_DIR);
 }
 
 fs::path new_folder(const std::string& name) {
@@ -49,10 +49,9 @@ int reproduce_command(const ReproduceCommandOptions& options) {
       .out = options.out.empty() ? new_folder("reproduction") : fs::path(options.out),
       .quick = options.quick,
       .use_cache = !options.no_cache};
-  const std::vector<StudyOutcome> outcomes =
-      reproduce(request, [](std::string_view label, double fraction) {
-        draw_progress("studies", fraction, label);
-      });
+  const std::vector<StudyOutcome> outcomes = reproduce(
+      request,
+      [](std::string_view label, double fraction) { draw_progress("studies", fraction, label); });
   clear_progress();
   std::size_t count[3] = {};
   bool as_expected = true;
@@ -61,10 +60,10 @@ int reproduce_command(const ReproduceCommandOptions& options) {
     for (const JudgedClaim& claim : outcome.claims) {
       ++count[static_cast<int>(claim.verdict)];
       fmt::print("  {:<21} {}{}\n", name_of(claim.verdict), claim.claim.text,
-                 claim.as_expected() ? ""
-                                     : fmt::format("  (CHANGED: {} expects \"{}\")",
-                                                   outcome.study.file.filename().string(),
-                                                   claim.claim.expected));
+                 claim.as_expected()
+                     ? ""
+                     : fmt::format("  (CHANGED: {} expects \"{}\")",
+                                   outcome.study.file.filename().string(), claim.claim.expected));
       as_expected = as_expected && claim.as_expected();
     }
   }
@@ -89,14 +88,17 @@ int sweep_command(const SweepOptions& options) {
             });
   clear_progress();
   for (const Varied& one : varied) fmt::print("{:<{}}", one.key, one.key.size() + 2);
-  for (const auto& [measure, statistic] : sweep_columns()) fmt::print("{:>{}}", measure, measure.size() + 2);
+  for (const auto& [measure, statistic] : sweep_columns())
+    fmt::print("{:>{}}", measure, measure.size() + 2);
   fmt::print("\n");
   for (const SweepPoint& point : points) {
     for (std::size_t i = 0; i < varied.size(); ++i) {
       fmt::print("{:<{}}", point.values[i], varied[i].key.size() + 2);
     }
     for (const auto& [measure, statistic] : sweep_columns()) {
-      fmt::print("{:>{}}", fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))), measure.size() + 2);
+      fmt::print("{:>{}}",
+                 fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))),
+                 measure.size() + 2);
     }
     fmt::print("\n");
   }
@@ -132,8 +134,7 @@ void add_sweep(CLI::App& app, int& exit_code) {
   command->add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
-  command
-      ->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+  command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
       ->type_name("DIR");
   command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
   command->footer(fmt::format(
@@ -150,11 +151,11 @@ void add_compare(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "compare", "several run folders in one report: one time axis, configuration differences");
   command->add_option("RUN", options->runs, "run folders of treat or simulate")->required();
-  command
-      ->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+  command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
       ->type_name("DIR");
-  command->footer(fmt::format(
-      "Examples:\n  photocoag compare runs/first runs/second --out runs/both\n{}", kResearchNotice));
+  command->footer(
+      fmt::format("Examples:\n  photocoag compare runs/first runs/second --out runs/both\n{}",
+                  kResearchNotice));
   command->callback([&exit_code, options] { exit_code = compare_runs_command(*options); });
 }
 

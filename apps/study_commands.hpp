@@ -1,4 +1,5 @@
-// Role: the program; commands for many runs at once: reproduce, sweep, compare, campaign. Each returns the exit code.
+// Role: the program; commands for many runs at once: reproduce, sweep, compare, campaign. Each
+// returns the exit code.
 #pragma once
 
 #include <cstdint>

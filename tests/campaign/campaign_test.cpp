@@ -50,8 +50,8 @@ class CampaignTest : public ::testing::Test {
   std::string results(const Campaign& one, const std::string& name, unsigned threads) const {
     Ranks ranks;
     const std::atomic<bool> stop{false};
-    const CampaignResult result =
-        run_campaign(one, {.out = folder_ / name, .threads = threads, .use_cache = false}, ranks, stop);
+    const CampaignResult result = run_campaign(
+        one, {.out = folder_ / name, .threads = threads, .use_cache = false}, ranks, stop);
     EXPECT_TRUE(result.complete);
     const std::string file = (folder_ / (name + ".h5")).string();
     write_results(file, one, result.spots);
@@ -62,8 +62,9 @@ class CampaignTest : public ::testing::Test {
 };
 
 TEST_F(CampaignTest, DrawsFollowTheirDistributions) {
-  const Campaign one = campaign(10, "[[correlation]]\nbetween = [\"plant.absorption_factor\", "
-                                    "\"calibration_factor\"]\nvalue = -0.6\n");
+  const Campaign one = campaign(10,
+                                "[[correlation]]\nbetween = [\"plant.absorption_factor\", "
+                                "\"calibration_factor\"]\nvalue = -0.6\n");
   constexpr int kDraws = 20'000;
   double sums[3] = {};
   std::vector<double> alpha;
@@ -144,9 +145,10 @@ TEST_F(CampaignTest, RefusesWhatItCannotDo) {
   EXPECT_THROW(campaign(1, with("control.horizon")), Error);
   EXPECT_THROW(campaign(1, with("plant.tissue.layers.nail.thickness_um")), Error);
   EXPECT_THROW(campaign(1, with("calibration_factor")), Error);  // twice
-  EXPECT_THROW(make_spot_models(campaign(1, "[[input]]\nkey = \"plant.tissue.layers.sclera."
-                                            "thickness_um\"\ndistribution = \"uniform\"\nlow = 600\n"
-                                            "high = 800\n"),
+  EXPECT_THROW(make_spot_models(campaign(1,
+                                         "[[input]]\nkey = \"plant.tissue.layers.sclera."
+                                         "thickness_um\"\ndistribution = \"uniform\"\nlow = 600\n"
+                                         "high = 800\n"),
                                 false),
                Error);
 }
@@ -161,15 +163,16 @@ TEST(StandingGrid, IsWithinTwoPerMilleOfAFittedOne) {
                             .domain_radius = nominal.domain_radius};
   Tissue standing_tissue = nominal;
   standing_tissue.layers.back().thickness += 30e-6;
-  const auto standing = std::make_shared<const FullOrderModel>(standing_tissue,
-                                                               make_standing_grid(range, 80'000));
+  const auto standing =
+      std::make_shared<const FullOrderModel>(standing_tissue, make_standing_grid(range, 80'000));
   EXPECT_GE(standing->states(), 80'000U);
   const std::vector<double> times = {0.001, 0.004, 0.01, 0.1, 0.4};
   struct Case {
     double retina, rpe, spot, conductivity;
   };
-  for (const Case& c : {Case{180e-6, 4.5e-6, 85e-6, 0.627}, Case{190e-6, 6e-6, 100e-6, 0.627},
-                        Case{200e-6, 7.7e-6, 115e-6, 0.627}, Case{193.3e-6, 5.13e-6, 91.7e-6, 0.58}}) {
+  for (const Case& c :
+       {Case{180e-6, 4.5e-6, 85e-6, 0.627}, Case{190e-6, 6e-6, 100e-6, 0.627},
+        Case{200e-6, 7.7e-6, 115e-6, 0.627}, Case{193.3e-6, 5.13e-6, 91.7e-6, 0.58}}) {
     Tissue tissue = nominal;
     tissue.layers[0].thickness = c.retina;
     tissue.layers[1].thickness = c.rpe;
@@ -183,8 +186,7 @@ TEST(StandingGrid, IsWithinTwoPerMilleOfAFittedOne) {
     for (const double alpha : {0.35, 1.5}) {
       FullOrderPlant a(fitted, Discretization::kZeroOrderHold, 1e-3, alpha, 0.0);
       FullOrderPlant b(moved, Discretization::kZeroOrderHold, 1e-3, alpha, 0.0);
-      const auto exact =
-          sample_step_response(a, Discretization::kZeroOrderHold, 1e-3, 1.0, times);
+      const auto exact = sample_step_response(a, Discretization::kZeroOrderHold, 1e-3, 1.0, times);
       const auto ours = sample_step_response(b, Discretization::kZeroOrderHold, 1e-3, 1.0, times);
       for (std::size_t i = 0; i < times.size(); ++i) {
         EXPECT_NEAR(ours[i].peak / exact[i].peak, 1.0, 0.002) << c.spot << " " << times[i];

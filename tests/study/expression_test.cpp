@@ -21,7 +21,8 @@ std::vector<double> source(const Term& term) {
 bool holds(const std::string& text) { return evaluate_predicate(text, source).holds; }
 
 TEST(Expression, ComputesAsWritten) {
-  EXPECT_TRUE(holds("min(x, a) >= 1 and max(x, a) <= 6 and median(x, a) < 2.5 and mean(x, a) > 2.9"));
+  EXPECT_TRUE(
+      holds("min(x, a) >= 1 and max(x, a) <= 6 and median(x, a) < 2.5 and mean(x, a) > 2.9"));
   EXPECT_TRUE(holds("1 + 2 * 3 < 7.5"));
   EXPECT_FALSE(holds("(1 + 2) * 3 < 7.5"));
   EXPECT_TRUE(holds("8 / 4 / 2 <= 1"));
@@ -44,8 +45,8 @@ TEST(Expression, NeverIsLaterThanAnythingAndNoValueProvesNothing) {
 }
 
 TEST(Expression, RefusesWhatItDoesNotUnderstand) {
-  for (const char* text : {"", "1", "1 <", "max(x a) < 1", "max(x, a) < 1 or 1 < 2", "best(x, a) < 1",
-                           "max(x, b) < 1", "1 < 2 < 3", "(1 < 2"}) {
+  for (const char* text : {"", "1", "1 <", "max(x a) < 1", "max(x, a) < 1 or 1 < 2",
+                           "best(x, a) < 1", "max(x, b) < 1", "1 < 2 < 3", "(1 < 2"}) {
     EXPECT_THROW(evaluate_predicate(text, source), Error) << text;
   }
 }

@@ -71,8 +71,11 @@ TEST(Reproduce, FalsifiedTrajectoriesFlipADifference) {
 
 TEST(Reproduce, AWrongPredicateNamesTheFileAndTheRun) {
   const Study one = study("four-spots-1khz");
-  const Claim wrong{.text = "x", .holds_if = "max(peak_max_K, spot9) < 1", .differs = {},
-                    .cannot_judge = {}, .expected = {}};
+  const Claim wrong{.text = "x",
+                    .holds_if = "max(peak_max_K, spot9) < 1",
+                    .differs = {},
+                    .cannot_judge = {},
+                    .expected = {}};
   try {
     judge_claim(one, wrong, {});
     FAIL();

@@ -29,8 +29,8 @@ namespace {
 const Value& required(const Value& table, std::string_view key) {
   const Value* found = table.find(key);
   if (found == nullptr) {
-    throw Error(ErrorParts{
-        .where = table.where, .key = std::string(key), .problem = "the key is missing"});
+    throw Error(
+        ErrorParts{.where = table.where, .key = std::string(key), .problem = "the key is missing"});
   }
   return *found;
 }
@@ -205,16 +205,17 @@ std::vector<double> draw_inputs(const Campaign& campaign, std::uint64_t spot) {
   // Outside the bounds: all anew, which is the joint distribution truncated to them.
   for (std::uint32_t attempt = 0; attempt < kMostAttempts; ++attempt) {
     for (std::size_t i = 0; i < size; ++i) {
-      const auto stream = static_cast<RandomStream>(
-          kFirstInputStream + attempt * static_cast<std::uint32_t>(size) +
-          static_cast<std::uint32_t>(i));
+      const auto stream =
+          static_cast<RandomStream>(kFirstInputStream + attempt * static_cast<std::uint32_t>(size) +
+                                    static_cast<std::uint32_t>(i));
       normal[static_cast<Eigen::Index>(i)] = standard_normal(campaign.seed, spot, stream);
     }
     const Eigen::VectorXd correlated = campaign.correlation_root * normal;
     bool inside = true;
     for (std::size_t i = 0; i < size; ++i) {
       values[i] = value_of(campaign.inputs[i], correlated[static_cast<Eigen::Index>(i)]);
-      inside = inside && values[i] >= campaign.inputs[i].low && values[i] <= campaign.inputs[i].high;
+      inside =
+          inside && values[i] >= campaign.inputs[i].low && values[i] <= campaign.inputs[i].high;
     }
     if (inside) return values;
   }

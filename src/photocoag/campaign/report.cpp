@@ -59,13 +59,14 @@ Figure histogram(const std::string& title, const std::string& x_label, std::vect
     bars.x.push_back(low + width * static_cast<double>(i + 1));
     bars.y.push_back(share[i]);
   }
-  return {.description = title + ": share of the spots",
-          .x_label = x_label,
-          .x_min = low,
-          .x_max = high,
-          .panels = {Panel{.title = title + ", % of spots", .series = {std::move(bars)}, .y_min = 0.0}},
-          .width = 520.0,
-          .panel_height = 220.0};
+  return {
+      .description = title + ": share of the spots",
+      .x_label = x_label,
+      .x_min = low,
+      .x_max = high,
+      .panels = {Panel{.title = title + ", % of spots", .series = {std::move(bars)}, .y_min = 0.0}},
+      .width = 520.0,
+      .panel_height = 220.0};
 }
 
 std::vector<Figure> histograms(const std::vector<SpotRecord>& spots) {
@@ -83,8 +84,8 @@ std::vector<Figure> histograms(const std::vector<SpotRecord>& spots) {
                     column(spots, "held_std_K")),
           histogram("Error of the absorption factor", "final estimate over truth - 1, %",
                     column(spots, "absorption_error_percent")),
-          histogram("Thermal dose, visible lesion (Schlott 2012)", "log10 of the Arrhenius integral",
-                    dose[0]),
+          histogram("Thermal dose, visible lesion (Schlott 2012)",
+                    "log10 of the Arrhenius integral", dose[0]),
           histogram("Thermal dose, damage (Welch and Polhamus)", "log10 of the Arrhenius integral",
                     dose[1])};
 }
@@ -99,9 +100,9 @@ std::string outcome_table(const std::vector<SpotRecord>& spots) {
     const auto [mean, deviation] = mean_and_deviation(values);
     fmt::format_to(Out(html), "<tr><td title=\"{}\">{}</td><td>{}</td>",
                    escape_html(outcome.meaning), outcome.name, escape_html(outcome.unit));
-    for (const double value : {mean, deviation, quantile(values, 0.01), quantile(values, 0.5),
-                               quantile(values, 0.99), quantile(values, 0.999),
-                               quantile(values, 1.0)}) {
+    for (const double value :
+         {mean, deviation, quantile(values, 0.01), quantile(values, 0.5), quantile(values, 0.99),
+          quantile(values, 0.999), quantile(values, 1.0)}) {
       fmt::format_to(Out(html), "<td>{}</td>", number_text(value, ""));
     }
     html += "</tr>\n";
@@ -137,10 +138,9 @@ std::string input_table(const Campaign& campaign, const std::vector<SpotRecord>&
     rows.push_back(
         {shift, fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:+.2f}</td>"
                             "<td>{}</td><td>{:+.2f}</td></tr>\n",
-                            escape_html(campaign.inputs[i].key),
-                            input_unit(campaign.inputs[i].key), number_text(mean, ""),
-                            number_text(deviation, ""), rank_correlation(values, peak),
-                            number_text(tail_mean, ""), shift)});
+                            escape_html(campaign.inputs[i].key), input_unit(campaign.inputs[i].key),
+                            number_text(mean, ""), number_text(deviation, ""),
+                            rank_correlation(values, peak), number_text(tail_mean, ""), shift)});
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
     return std::abs(a.shift) > std::abs(b.shift);
@@ -208,7 +208,9 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots) {
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,
                           std::size_t full_order_states, const std::string& replay) {
   const CampaignSummary summary = summarize_campaign(spots);
-  const auto percent = [](double probability) { return fmt::format("{:.3g} %", 100.0 * probability); };
+  const auto percent = [](double probability) {
+    return fmt::format("{:.3g} %", 100.0 * probability);
+  };
   std::string html = page_begin(
       fmt::format("Limit exceeded in {} of {} spots", summary.violations, summary.spots),
       "campaign",
@@ -223,20 +225,22 @@ std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord
       "Virtual spots: what the random inputs leave out, the result leaves out.",
       ".command{margin-top:14px}\n");
   html += "<dl class=\"tiles\">\n";
-  html += page_tile("Violation probability", percent(summary.probability),
-                    fmt::format("95 % interval {} to {}, exact binomial",
-                                percent(summary.probability_low), percent(summary.probability_high)));
+  html +=
+      page_tile("Violation probability", percent(summary.probability),
+                fmt::format("95 % interval {} to {}, exact binomial",
+                            percent(summary.probability_low), percent(summary.probability_high)));
   html += page_tile("Held temperature",
                     fmt::format("{} ± {}", number_text(summary.held_mean_K, ""),
                                 number_text(summary.held_deviation_K, "K")),
                     "minus reference, over the spots; -0.04 ± 0.98 °C measured in rabbits by the "
                     "best published system (von der Burchard et al.)");
-  html += page_tile("Time to 95 %", number_text(quantile(column(spots, "time_to_95_ms"), 0.5), "ms"),
-                    fmt::format("median; never in {} spots", summary.never_reached));
-  html += page_tile("Error of alpha",
-                    number_text(mean_and_deviation(column(spots, "absorption_error_percent")).second,
-                                "%"),
-                    "standard deviation at the end");
+  html +=
+      page_tile("Time to 95 %", number_text(quantile(column(spots, "time_to_95_ms"), 0.5), "ms"),
+                fmt::format("median; never in {} spots", summary.never_reached));
+  html += page_tile(
+      "Error of alpha",
+      number_text(mean_and_deviation(column(spots, "absorption_error_percent")).second, "%"),
+      "standard deviation at the end");
   html += "</dl>\n<section><h2>Distributions</h2>\n<div class=\"columns count-2\">\n";
   const std::vector<Figure> figures = histograms(spots);
   for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {

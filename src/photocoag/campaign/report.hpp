@@ -16,7 +16,7 @@ struct CampaignSummary {
   double probability = 0.0;
   double probability_low = 0.0;  ///< 95 %, exact
   double probability_high = 0.0;
-  double held_mean_K = 0.0;       ///< over the spots: true peak minus reference after 50 ms
+  double held_mean_K = 0.0;  ///< over the spots: true peak minus reference after 50 ms
   double held_deviation_K = 0.0;
   std::uint64_t never_reached = 0;  ///< spots that never got to 95 % of the reference
 };

@@ -46,8 +46,8 @@ void text_attribute(hid_t object, const char* name, const std::string& text) {
 
 void count_attribute(hid_t object, const char* name, std::uint64_t value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(
-      H5Acreate2(object, name, H5T_STD_U64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle attribute(H5Acreate2(object, name, H5T_STD_U64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
   need(H5Awrite(attribute, H5T_NATIVE_UINT64, &value));
 }
 
@@ -79,8 +79,8 @@ std::vector<Column> columns_of(const Campaign& campaign) {
     columns.push_back({input.key, std::string(input_unit(input.key)), describe(input)});
   }
   for (const OutcomeColumn& outcome : outcome_columns()) {
-    columns.push_back({std::string(outcome.name), std::string(outcome.unit),
-                       std::string(outcome.meaning)});
+    columns.push_back(
+        {std::string(outcome.name), std::string(outcome.unit), std::string(outcome.meaning)});
   }
   return columns;
 }

@@ -23,7 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBatchPerThread = 8;  // spots that a rank asks for at a time
+constexpr std::size_t kBatchPerThread = 8;             // spots that a rank asks for at a time
 constexpr auto kNap = std::chrono::microseconds(500);  // of the main thread, between looks
 
 // The threads of one rank: numbers of spots in, records out.
@@ -163,9 +163,8 @@ void lead(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     CampaignProgress now{.done = result.spots.size(), .total = campaign.spots};
     now.per_second = seconds > 0.0 ? static_cast<double>(result.computed) / seconds : 0.0;
-    now.seconds_left = now.per_second > 0.0
-                           ? static_cast<double>(now.total - now.done) / now.per_second
-                           : 0.0;
+    now.seconds_left =
+        now.per_second > 0.0 ? static_cast<double>(now.total - now.done) / now.per_second : 0.0;
     progress(now);
   };
   bool exhausted = false;

@@ -15,9 +15,9 @@
 namespace photocoag {
 
 struct CampaignProgress {
-  std::uint64_t done = 0;       ///< of all spots, those found in the journal included
+  std::uint64_t done = 0;  ///< of all spots, those found in the journal included
   std::uint64_t total = 0;
-  double per_second = 0.0;      ///< of this session
+  double per_second = 0.0;  ///< of this session
   double seconds_left = 0.0;
 };
 
@@ -30,9 +30,9 @@ struct CampaignOptions {
 struct CampaignResult {
   std::vector<SpotRecord> spots;  ///< by number; on rank 0
   bool complete = false;
-  double seconds = 0.0;           ///< of this session
-  double cpu_seconds = 0.0;       ///< of the processors, on this rank, in this session
-  std::uint64_t computed = 0;     ///< in this session
+  double seconds = 0.0;        ///< of this session
+  double cpu_seconds = 0.0;    ///< of the processors, on this rank, in this session
+  std::uint64_t computed = 0;  ///< in this session
   std::size_t full_order_states = 0;
 };
 

@@ -113,10 +113,7 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
 }
 
 SpotRunner::SpotRunner(const Campaign& campaign, const SpotModels& models)
-    : campaign_(campaign),
-      models_(models),
-      config_(campaign.config),
-      setter_(campaign, config_) {}
+    : campaign_(campaign), models_(models), config_(campaign.config), setter_(campaign, config_) {}
 
 template <typename P>
 void SpotRunner::close_loop(P plant) {
@@ -129,8 +126,8 @@ void SpotRunner::close_loop(P plant) {
     eye.write(decision.power);
     Reading reading = eye.advance(cycle);
     // The sensor's error: the noise is not scaled by it.
-    reading.sample.volume_temperature += (setter_.calibration_factor() - 1.0) * reading.truth.volume +
-                                         setter_.calibration_offset();
+    reading.sample.volume_temperature +=
+        (setter_.calibration_factor() - 1.0) * reading.truth.volume + setter_.calibration_offset();
     treatment_.records[cycle] = {.cycle = static_cast<std::int64_t>(cycle),
                                  .time = static_cast<double>(cycle + 1) * config_.control.period,
                                  .power = reading.sample.applied_power,
@@ -179,18 +176,17 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
   }
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double mean = late > 0.0 ? sum / late : nan;
-  record.outcomes = {
-      numbers.peak_true_max,
-      numbers.peak_true_max - reference,
-      numbers.peak_true_max - numbers.limit,
-      static_cast<double>(numbers.limit_violations),
-      numbers.time_to_95_percent ? *numbers.time_to_95_percent * 1e3 : nan,
-      mean,
-      late > 0.0 ? std::sqrt(std::max(0.0, squares / late - mean * mean)) : nan,
-      100.0 * numbers.absorption_error_final,
-      numbers.thermal_dose[0],
-      numbers.thermal_dose[1],
-      unsolved};
+  record.outcomes = {numbers.peak_true_max,
+                     numbers.peak_true_max - reference,
+                     numbers.peak_true_max - numbers.limit,
+                     static_cast<double>(numbers.limit_violations),
+                     numbers.time_to_95_percent ? *numbers.time_to_95_percent * 1e3 : nan,
+                     mean,
+                     late > 0.0 ? std::sqrt(std::max(0.0, squares / late - mean * mean)) : nan,
+                     100.0 * numbers.absorption_error_final,
+                     numbers.thermal_dose[0],
+                     numbers.thermal_dose[1],
+                     unsolved};
   return record;
 }
 

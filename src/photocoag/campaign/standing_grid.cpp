@@ -30,8 +30,7 @@ Axis graded(double end, const CellSize& size, double density) {
   Axis axis{{0.0}};
   std::size_t i = 0;
   for (std::size_t cell = 1; cell < cells; ++cell) {
-    const double wanted =
-        count.back() * static_cast<double>(cell) / static_cast<double>(cells);
+    const double wanted = count.back() * static_cast<double>(cell) / static_cast<double>(cells);
     while (count[i + 1] < wanted) ++i;
     const double within = (wanted - count[i]) / (count[i + 1] - count[i]);
     axis.faces.push_back((static_cast<double>(i) + within) * width);

@@ -32,8 +32,8 @@ double incomplete_beta(double a, double b, double x) {
     }
     if (std::abs(c * d - 1.0) < 1e-15) break;
   }
-  const double log_front = a * std::log(x) + b * std::log1p(-x) + std::lgamma(a + b) -
-                           std::lgamma(a) - std::lgamma(b);
+  const double log_front =
+      a * std::log(x) + b * std::log1p(-x) + std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b);
   return std::exp(log_front) * fraction / a;
 }
 

@@ -54,8 +54,7 @@ Loaded load(const std::filesystem::path& folder) {
   Loaded run;
   run.name = folder.lexically_normal().string();
   if (run.name.size() > 1 && run.name.ends_with('/')) run.name.pop_back();
-  run.config =
-      parse_run_config(read_file(file("config.toml"), kMostBytes), file("config.toml"));
+  run.config = parse_run_config(read_file(file("config.toml"), kMostBytes), file("config.toml"));
   run.log = parse_run_log(read_file(file("run.csv"), kMostBytes), file("run.csv"));
   run.summary =
       parse_run_summary(read_file(file("summary.json"), kMostBytes), file("summary.json"));
@@ -98,8 +97,8 @@ std::string summary_table(const std::vector<Loaded>& runs) {
         number_text(s.limit_K, "K"), count(s.limit_violations),
         optional_text(s.time_to_95_percent_s, 1e3, "ms"),
         optional_text(s.rms_error_after_50_ms_K, 1.0, "K"),
-        optional_text(s.absorption_error_final, 100.0, "%"), count(s.overruns),
-        escape_html(s.seed), escape_html(s.stopped_for.value_or("–")));
+        optional_text(s.absorption_error_final, 100.0, "%"), count(s.overruns), escape_html(s.seed),
+        escape_html(s.stopped_for.value_or("–")));
   }
   return html + "</table></div></section>\n";
 }
@@ -119,7 +118,8 @@ std::string difference_table(const std::vector<Loaded>& runs) {
       values.insert(text);
       fmt::format_to(Out(cells), "<td>{}</td>", escape_html(text));
     }
-    if (values.size() > 1) fmt::format_to(Out(rows), "<tr><td>{}</td>{}</tr>\n", escape_html(key), cells);
+    if (values.size() > 1)
+      fmt::format_to(Out(rows), "<tr><td>{}</td>{}</tr>\n", escape_html(key), cells);
   }
   std::string html = "<section><h2>Where the configurations differ</h2>";
   if (rows.empty()) return html + "<p>Nowhere.</p></section>\n";
@@ -142,19 +142,22 @@ void compare_runs(const std::vector<std::filesystem::path>& folders,
                       .limit_K = runs.back().summary.limit_K,
                       .reference_K = runs.back().config.peak_reference_K});
   }
-  const Figure figure = overlay_figure(curves);
+  const std::vector<Figure> figures = overlay_figures(curves);
   std::string html = page_begin(
       "Runs compared", "comparison", fmt::format("{} run folders", runs.size()),
       "One time axis for all. The peak is the true one where the eye was simulated, else the "
       "estimate.",
       overlay_css());
-  fmt::format_to(Out(html), "<section><h2>Overlay</h2><figure class=\"overlay\">{}</figure></section>\n",
-                 render_figures({&figure, 1}, SvgKind::kInline).front());
+  html += "<section><h2>Overlay</h2>";
+  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
+    html += "<figure class=\"overlay\">" + svg + "</figure>\n";
+  }
+  html += "</section>\n";
   html += summary_table(runs) + difference_table(runs);
   std::filesystem::create_directories(out);
   write_file((out / "compare.svg").string(),
-             render_figures({&figure, 1}, SvgKind::kStandAlone).front());
-  write_file((out / "compare.csv").string(), figure_csv(figure));
+             render_figures(figures, SvgKind::kStandAlone).front());
+  write_file((out / "compare.csv").string(), figure_csv(figures.front()));
   write_file((out / "index.html").string(), html + page_end());
 }
 

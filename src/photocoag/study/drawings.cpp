@@ -1,8 +1,8 @@
 // The figures of studies.
 #include <fmt/format.h>
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "photocoag/report/plot.hpp"
@@ -60,8 +60,8 @@ Figure column_figure(const StudyOutcome& outcome, const StudyColumn& column) {
     if (run.column != column.id) continue;
     any = find(outcome.results, run.id);
     const Trajectory& loop = any->trajectories.front();
-    peak.series.push_back(series(run, with_start(loop.time_ms, 0.0), with_start(loop.peak_K, 0.0),
-                                 true));
+    peak.series.push_back(
+        series(run, with_start(loop.time_ms, 0.0), with_start(loop.peak_K, 0.0), true));
     // From the start of the first cycle: steps hold the value of their end.
     power.series.push_back(series(run, with_start(loop.time_ms, 0.0),
                                   with_start(loop.power_mW, loop.power_mW.front()), false,
@@ -107,8 +107,7 @@ Figure timing_figure(const StudyOutcome& outcome) {
           us = 1e3 * (maximum ? paper.maximum_ms : paper.average_ms);
         } else {
           const RunResult* run = find(outcome.results, fmt::format("{}_n{}", solver, horizon));
-          us = statistic_of(
-              "median", run->measures.at(maximum ? "solve_max_us" : "solve_mean_us"));
+          us = statistic_of("median", run->measures.at(maximum ? "solve_max_us" : "solve_mean_us"));
         }
         line.x.push_back(horizon);
         line.y.push_back(us);
@@ -133,10 +132,11 @@ std::string data_csv(const StudyOutcome& outcome, const std::string& column) {
     for (std::size_t s = 0; s < result.trajectories.size(); ++s) {
       const Trajectory& t = result.trajectories[s];
       for (std::size_t k = 0; k < t.time_ms.size(); ++k) {
-        fmt::format_to(std::back_inserter(text), "{},{},{:.10g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g}\n",
-                       run.id, result.config.run.seed + s, t.time_ms[k], t.peak_K[k],
-                       t.peak_estimate_K[k], t.volume_K[k], t.measured_K[k], t.power_mW[k],
-                       t.power_reference_mW[k], t.absorption_factor[k]);
+        fmt::format_to(std::back_inserter(text),
+                       "{},{},{:.10g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g},{:.8g}\n", run.id,
+                       result.config.run.seed + s, t.time_ms[k], t.peak_K[k], t.peak_estimate_K[k],
+                       t.volume_K[k], t.measured_K[k], t.power_mW[k], t.power_reference_mW[k],
+                       t.absorption_factor[k]);
       }
     }
   }

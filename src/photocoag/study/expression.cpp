@@ -151,9 +151,8 @@ double statistic_of(const std::string& statistic, std::vector<double> values) {
                            .found = statistic,
                            .accepted = "min, max, mean, median, std"});
   }
-  if (values.empty() || std::any_of(values.begin(), values.end(), [](double v) {
-        return std::isnan(v);
-      })) {
+  if (values.empty() ||
+      std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   std::sort(values.begin(), values.end());

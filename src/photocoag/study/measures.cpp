@@ -114,9 +114,8 @@ std::map<std::string, double> measure(const Config& config, const Trajectory& lo
   out["early_power_mW"] =
       early / static_cast<double>(std::min(kEarlyCycles, std::max<std::size_t>(1, cycles - begin)));
   out["first_power_mW"] = loop.power_mW[std::min(begin, cycles - 1)];
-  out["power_max_mW"] =
-      *std::max_element(loop.power_mW.begin() + static_cast<std::ptrdiff_t>(begin),
-                        loop.power_mW.end());
+  out["power_max_mW"] = *std::max_element(
+      loop.power_mW.begin() + static_cast<std::ptrdiff_t>(begin), loop.power_mW.end());
   out["first_reference_mW"] = loop.power_reference_mW.front();
   out["final_reference_mW"] = loop.power_reference_mW.back();
   out["late_mean_error_K"] = late > 0.0 ? late_sum / late : std::nan("");
@@ -143,8 +142,7 @@ MeasureSource measures_of(const std::vector<RunResult>& results) {
     if (found != run.measures.end()) return found->second;
     std::string known;
     for (const auto& [name, values] : run.measures) known += (known.empty() ? "" : ", ") + name;
-    throw Error(
-        ErrorParts{.problem = "unknown measure", .found = term.measure, .accepted = known});
+    throw Error(ErrorParts{.problem = "unknown measure", .found = term.measure, .accepted = known});
   };
 }
 

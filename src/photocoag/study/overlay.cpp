@@ -9,6 +9,8 @@
 namespace photocoag {
 namespace {
 
+constexpr double kHeatingMs = 40.0;
+
 void add_levels(Panel& panel, const std::set<double>& values, std::string_view name, Ink ink,
                 Dash dash, bool below) {
   for (const double value : values) {
@@ -29,7 +31,7 @@ OverlayCurve overlay_curve(std::string label, const RunResult& result) {
           .reference_K = result.config.control.peak_reference};
 }
 
-Figure overlay_figure(const std::vector<OverlayCurve>& curves) {
+std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves) {
   Panel peak{.title = "Peak temperature rise in K", .y_min = 0.0};
   Panel power{.title = "Laser power in mW", .y_min = 0.0};
   Panel alpha{.title = "Absorption factor, estimate"};
@@ -57,18 +59,23 @@ Figure overlay_figure(const std::vector<OverlayCurve>& curves) {
   }
   add_levels(peak, limits, "limit", Ink::kLimit, Dash::kSolid, false);
   add_levels(peak, references, "reference", Ink::kNeutral, Dash::kDotted, true);
-  return {.description = "Peak temperature, laser power and estimated absorption of several runs "
-                         "over one time axis",
-          .x_label = "time in ms",
-          .x_min = 0.0,
-          .x_max = end > 0.0 ? end : 1.0,
-          .panels = {std::move(peak), std::move(power), std::move(alpha)},
-          .width = 960.0,
-          .panel_height = 260.0};
+  Figure whole{.description = "Peak temperature, laser power and estimated absorption of several "
+                              "runs over one time axis",
+               .x_label = "time in ms",
+               .x_min = 0.0,
+               .x_max = end > 0.0 ? end : 1.0,
+               .panels = {std::move(peak), std::move(power), std::move(alpha)},
+               .width = 960.0,
+               .panel_height = 260.0};
+  if (end <= 2.0 * kHeatingMs) return {std::move(whole)};
+  Figure heating = whole;
+  heating.description += ", heating phase";
+  heating.x_max = kHeatingMs;
+  return {std::move(whole), std::move(heating)};
 }
 
 std::string_view overlay_css() {
-  return ".overlay{margin:0}\n.data td:first-child,.data th:first-child{white-space:nowrap}\n";
+  return ".overlay{margin:0 0 28px}\n.data td:first-child,.data th:first-child{white-space:nowrap}\n";
 }
 
 }  // namespace photocoag

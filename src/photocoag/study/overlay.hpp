@@ -24,8 +24,9 @@ inline constexpr std::size_t kMostCurves = 18;
 /// The first seed of a result.
 OverlayCurve overlay_curve(std::string label, const RunResult& result);
 
-/// Throws nothing; curves beyond kMostCurves are left out.
-Figure overlay_figure(const std::vector<OverlayCurve>& curves);
+/// Over the longest run, and over the heating phase if the run is longer than that; curves beyond
+/// kMostCurves are left out.
+std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves);
 
 std::string_view overlay_css();
 

@@ -87,13 +87,14 @@ void times_table(std::string& html, const StudyOutcome& outcome) {
     const auto us = [&run](const char* measure, const char* statistic) {
       return statistic_of(statistic, run.measures.at(measure));
     };
-    fmt::format_to(
-        Out(html),
-        "<tr><td>{}</td><td>{:.0f} µs</td><td>{:.0f} µs</td><td>{}</td><td>{:.2f} µs</td><td>{:.2f} "
-        "µs</td><td>{:.2f} µs</td><td>{:.2f} µs</td></tr>\n",
-        run.config.control.horizon, paper.average_ms * 1e3, paper.maximum_ms * 1e3,
-        run.id.substr(0, run.id.find("_n")), us("solve_mean_us", "mean"),
-        us("solve_max_us", "max"), us("solve_first_us", "median"), us("solve_warm_max_us", "max"));
+    fmt::format_to(Out(html),
+                   "<tr><td>{}</td><td>{:.0f} µs</td><td>{:.0f} µs</td><td>{}</td><td>{:.2f} "
+                   "µs</td><td>{:.2f} "
+                   "µs</td><td>{:.2f} µs</td><td>{:.2f} µs</td></tr>\n",
+                   run.config.control.horizon, paper.average_ms * 1e3, paper.maximum_ms * 1e3,
+                   run.id.substr(0, run.id.find("_n")), us("solve_mean_us", "mean"),
+                   us("solve_max_us", "max"), us("solve_first_us", "median"),
+                   us("solve_warm_max_us", "max"));
   }
   html +=
       "</table></div>\n<p class=\"hint\">Average over all cycles and treatments, maximum over all "

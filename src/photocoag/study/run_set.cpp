@@ -111,8 +111,8 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
       const std::size_t seed = k % static_cast<std::size_t>(seeds);
       try {
         const Config& config = jobs[job].config;
-        Trajectory loop = run_once(config, *pool.get(config), config.run.seed + seed,
-                                   jobs[job].first_power);
+        Trajectory loop =
+            run_once(config, *pool.get(config), config.run.seed + seed, jobs[job].first_power);
         measured[job][seed] = measure(config, loop, jobs[job].first_power);
         results[job].trajectories[seed] = std::move(loop);
       } catch (...) {

@@ -1,6 +1,7 @@
 // Role: offline; runs the configurations of a study over all seeds, on all cores, and measures
 // them. Used by reproduce, sweep. Source: paper, sections 4 and 5. Units: in the names.
-// Real-time promise: none. Threads: run_all uses its own; the results do not depend on their number.
+// Real-time promise: none. Threads: run_all uses its own; the results do not depend on their
+// number.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,7 @@ struct Trajectory {
 /// A configuration to run over seeds.
 struct RunJob {
   std::string id;
-  Config config;  ///< its run.seed is the first seed
+  Config config;                      ///< its run.seed is the first seed
   std::optional<double> first_power;  ///< W, given instead of solved for
 };
 

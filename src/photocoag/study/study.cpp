@@ -39,8 +39,8 @@ class Table {
   }
   std::string required(std::string_view name) const {
     if (value_.find(name) == nullptr) {
-      throw Error(ErrorParts{
-          .where = value_.where, .key = key(name), .problem = "the key is missing"});
+      throw Error(
+          ErrorParts{.where = value_.where, .key = key(name), .problem = "the key is missing"});
     }
     return text(name);
   }
@@ -135,9 +135,8 @@ Claim read_claim(const Table& table) {
               .cannot_judge = table.text("cannot_judge"),
               .expected = table.text("expected")};
   if (claim.holds_if.empty() == claim.cannot_judge.empty()) {
-    throw Error(ErrorParts{.key = "claim",
-                           .problem = "needs either holds_if or cannot_judge",
-                           .found = claim.text});
+    throw Error(ErrorParts{
+        .key = "claim", .problem = "needs either holds_if or cannot_judge", .found = claim.text});
   }
   if (!claim.expected.empty() && claim.expected != "holds" && claim.expected != "differs") {
     table.refuse_key("expected", "holds or differs");
@@ -185,8 +184,7 @@ Study load_study(const fs::path& file) {
   }
   for (const Table& column : table.tables("column")) {
     column.only({"id", "title", "set"});
-    study.columns.push_back(
-        {column.required("id"), column.required("title"), column.texts("set")});
+    study.columns.push_back({column.required("id"), column.required("title"), column.texts("set")});
   }
   for (const Table& run : table.tables("run")) study.runs.push_back(read_run(run));
   try {

@@ -103,10 +103,14 @@ std::vector<SweepPoint> sweep(const std::string& config, const std::vector<std::
 
 const std::vector<std::pair<std::string, std::string>>& sweep_columns() {
   static const std::vector<std::pair<std::string, std::string>> columns = {
-      {"peak_max_K", "max"},           {"over_limit_cycles", "max"},
-      {"time_to_95_ms", "median"},     {"settled_ms", "median"},
-      {"late_rms_error_K", "max"},     {"power_max_mW", "max"},
-      {"saturated_cycles", "median"},  {"absorption_final_error_percent", "max"},
+      {"peak_max_K", "max"},
+      {"over_limit_cycles", "max"},
+      {"time_to_95_ms", "median"},
+      {"settled_ms", "median"},
+      {"late_rms_error_K", "max"},
+      {"power_max_mW", "max"},
+      {"saturated_cycles", "median"},
+      {"absorption_final_error_percent", "max"},
       {"absorption_settled_ms", "median"}};
   return columns;
 }
@@ -144,15 +148,17 @@ void write_sweep(const std::filesystem::path& folder, const std::vector<Varied>&
     body += "</tr>\n";
     curves.push_back(overlay_curve(label_of(varied, point), point.result));
   }
-  const Figure figure = overlay_figure(curves);
-  const std::string inlined = render_figures({&figure, 1}, SvgKind::kInline).front();
+  const std::vector<Figure> figures = overlay_figures(curves);
+  std::string inlined;
+  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
+    inlined += "<figure class=\"overlay\">" + svg + "</figure>\n";
+  }
   std::string html = page_begin(
-      "Sweep", "sweep",
-      fmt::format("{} combinations, {} noise seeds each", points.size(), seeds),
+      "Sweep", "sweep", fmt::format("{} combinations, {} noise seeds each", points.size(), seeds),
       "Simulated eye. The table is over the seeds; the first seed is drawn.", overlay_css());
-  fmt::format_to(Out(html), "<section><h2>Overlay{}</h2><figure class=\"overlay\">{}</figure></section>\n",
-                 curves.size() > kMostCurves ? fmt::format(", the first {}", kMostCurves) : "",
-                 inlined);
+  fmt::format_to(
+      Out(html), "<section><h2>Overlay{}</h2>{}</section>\n",
+      curves.size() > kMostCurves ? fmt::format(", the first {}", kMostCurves) : "", inlined);
   fmt::format_to(Out(html),
                  "<section><h2>Table</h2><div class=\"scroll\"><table class=\"data\"><thead><tr>{}"
                  "</tr></thead>\n{}</table></div></section>\n",
@@ -165,7 +171,7 @@ void write_sweep(const std::filesystem::path& folder, const std::vector<Varied>&
   std::filesystem::create_directories(folder);
   write_file((folder / "sweep.csv").string(), csv);
   write_file((folder / "sweep.svg").string(),
-             render_figures({&figure, 1}, SvgKind::kStandAlone).front());
+             render_figures(figures, SvgKind::kStandAlone).front());
   write_file((folder / "index.html").string(), html + page_end());
 }
 

@@ -51,9 +51,9 @@ void time_once(const Config& config, const ReducedModel& model, const std::vecto
   double unused = 0.0;
   for (std::size_t n = 0; n < loop.size(); ++n) {
     const auto begin = Clock::now();
-    unused += mpc.solve(loop[n].state, loop[n].input, static_cast<long long>(n),
-                        loop[n].previous_power)
-                  .power;
+    unused +=
+        mpc.solve(loop[n].state, loop[n].input, static_cast<long long>(n), loop[n].previous_power)
+            .power;
     us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
   if (!(unused >= 0.0)) return;  // keeps the solves from being optimised away
@@ -80,8 +80,8 @@ std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPoo
   for (int treatment = 0; treatment < treatments; ++treatment) {
     for (RunResult& result : results) {
       const auto models = pool.get(result.config);
-      const std::vector<Decided> loop =
-          record(result.config, *models, result.config.run.seed + static_cast<std::uint64_t>(treatment));
+      const std::vector<Decided> loop = record(
+          result.config, *models, result.config.run.seed + static_cast<std::uint64_t>(treatment));
       time_once<ModelPredictiveController<DenseSolver>>(result.config, models->reduced, loop,
                                                         result);
     }

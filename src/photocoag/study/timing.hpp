@@ -11,8 +11,9 @@
 
 namespace photocoag {
 
-/// One run per horizon: ids dense_n2, dense_n5, …; measures solve_mean_us, solve_max_us, solve_first_us, solve_warm_max_us (the first solve left
-/// out), one value per treatment. Horizons interleaved, so that a noisy moment hits all alike.
+/// One run per horizon: ids dense_n2, dense_n5, …; measures solve_mean_us, solve_max_us,
+/// solve_first_us, solve_warm_max_us (the first solve left out), one value per treatment. Horizons
+/// interleaved, so that a noisy moment hits all alike.
 std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPool& pool);
 
 /// The paper's figures, ms; NaN for a horizon that it has not.
