@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "study_commands.hpp"
 
 namespace {
 
@@ -298,6 +299,8 @@ int run_command(int argc, char** argv) {
              "--set uncertainty.absorption_relative=0.1\n"
              "The quantities of [uncertainty] are random too, and the robust controller is told."));
   spots_app->callback([&] { exit_code = spots_command(spots_options); });
+
+  add_study_commands(app, exit_code);
 
   try {
     app.parse(argc, argv);

@@ -9,4 +9,5 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/photocoagConfigVersion.cm
 install(FILES ${PROJECT_BINARY_DIR}/photocoagConfig.cmake
   ${PROJECT_BINARY_DIR}/photocoagConfigVersion.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/photocoag)
+install(DIRECTORY studies DESTINATION ${CMAKE_INSTALL_DATADIR}/photocoag)
 install(DIRECTORY configs DESTINATION ${CMAKE_INSTALL_DATADIR}/photocoag)

@@ -30,6 +30,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config", "osqp"}},
     {"report", {"core"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
+    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report"}},
+    {"campaign",
+     {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {

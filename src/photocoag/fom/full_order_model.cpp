@@ -154,11 +154,6 @@ FullOrderModel::FullOrderModel(const Tissue& tissue, const GridSettings& setting
 
 FullOrderModel::FullOrderModel(const Tissue& tissue, Grid grid)
     : tissue_(tissue), grid_(std::move(grid)), separable_(tissue.uniform_conduction()) {
-  const AbsorptionLaw law(tissue);
-  whole_absorption_ = law.whole();
-  for (std::size_t j = 0; j < grid_.axial.cells(); ++j) {
-    cell_absorption_.push_back(law.between(grid_.axial.faces[j], grid_.axial.faces[j + 1]));
-  }
   const DepthData depth = depth_data(tissue, grid_.axial);
   if (separable_) {
     const double heat_capacity = depth.heat_capacity[0];
@@ -178,16 +173,56 @@ FullOrderModel::FullOrderModel(const Tissue& tissue, Grid grid)
     depth_operator_ = {depth.conductivity.cwiseQuotient(depth.heat_capacity),
                        std::move(matrix.diagonal), std::move(matrix.off_diagonal)};
   }
+  set_absorption_and_beam();
+}
+
+FullOrderModel::FullOrderModel(const FullOrderModel& standing, const Tissue& tissue)
+    : tissue_(tissue),
+      grid_(standing.grid_),
+      radial_(standing.radial_),
+      axial_(standing.axial_),
+      separable_(tissue.uniform_conduction()) {
+  tissue.validate();
+  const ThermalData thermal = tissue.thermal(tissue.layers.front());
+  const ThermalData before = standing.tissue_.thermal(standing.tissue_.layers.front());
+  const auto perfused = [](const Tissue& t) {
+    return std::any_of(t.layers.begin(), t.layers.end(),
+                       [&t](const Layer& layer) { return t.thermal(layer).perfusion != 0.0; });
+  };
+  if (!separable_ || !standing.separable_ || perfused(tissue) || perfused(standing.tissue_)) {
+    throw Error("a standing grid needs layers that conduct alike, without perfusion");
+  }
+  double depth = 0.0;
+  for (const Layer& layer : tissue.layers) depth += layer.thickness;
+  constexpr double kRounding = 1e-9;  // of the sums of thicknesses
+  if (std::abs(depth - grid_.axial.faces.back()) > kRounding * depth ||
+      tissue.domain_radius != standing.tissue_.domain_radius) {
+    throw Error("a standing grid needs the same depth and domain radius");
+  }
+  const double ratio = (thermal.conductivity / thermal.volumetric_heat_capacity) /
+                       (before.conductivity / before.volumetric_heat_capacity);
+  radial_.rates *= ratio;
+  axial_.rates *= ratio;
+  input_gain_ = tissue.transmission / thermal.volumetric_heat_capacity;
+  set_absorption_and_beam();
+}
+
+void FullOrderModel::set_absorption_and_beam() {
+  const AbsorptionLaw law(tissue_);
+  whole_absorption_ = law.whole();
+  for (std::size_t j = 0; j < grid_.axial.cells(); ++j) {
+    cell_absorption_.push_back(law.between(grid_.axial.faces[j], grid_.axial.faces[j + 1]));
+  }
   // The source in ring i, cell j is u * s_j * share_i per (rho C_p dz_j * ring area): a functional
   // whose cell value is the ring's share of the beam.
-  const Beam beam(tissue);
+  const Beam beam(tissue_);
   VectorXd share(radial_.size());
   for (Index i = 0; i < radial_.size(); ++i) {
     share[i] = beam.share(grid_.radial.faces[i], grid_.radial.faces[i + 1]);
   }
   beam_ = radial_.project_functional(share);
   peak_radial_ = radial_.project_functional(axis_evaluation(grid_.radial));
-  peak_axial_ = axial_.project_functional(depth_evaluation(grid_.axial, tissue.peak_depth()));
+  peak_axial_ = axial_.project_functional(depth_evaluation(grid_.axial, tissue_.peak_depth()));
 }
 
 VectorXd FullOrderModel::axial_source(double alpha) const {

@@ -1,0 +1,162 @@
+// `photocoag campaign`: thousands of virtual spots, on all cores and ranks.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+
+#include "photocoag/campaign/report.hpp"
+#include "photocoag/campaign/results_file.hpp"
+#include "photocoag/campaign/run_campaign.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/report/report.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "progress.hpp"
+#include "study_commands.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kExitBadInput = 2;
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);  // may be set in a signal handler
+
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop_requested.store(true, std::memory_order_relaxed); };
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
+  if (*options.replay >= campaign.spots) {
+    throw Error(ErrorParts{.where = "--replay",
+                           .found = std::to_string(*options.replay),
+                           .accepted = fmt::format("0 to {}", campaign.spots - 1)});
+  }
+  const fs::path folder =
+      options.out.empty() ? new_run_folder(*options.replay) : fs::path(options.out);
+  check_run_folder(folder);
+  const SpotModels models = make_spot_models(campaign, !options.no_cache);
+  SpotRunner runner(campaign, models);
+  const SpotRecord record = runner.run(*options.replay);
+  open_run_folder(folder, runner.config());
+  write_run(folder, runner.config(), runner.treatment());
+  write_report(folder);
+  for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {
+    fmt::print("{} = {}\n", campaign.inputs[i].key, record.inputs[i]);
+  }
+  for (std::size_t i = 0; i < outcome_columns().size(); ++i) {
+    fmt::print("{} = {}\n", outcome_columns()[i].name, record.outcomes[i]);
+  }
+  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+  return 0;
+}
+
+// A rate with time left, as a bar on a terminal.
+void show(const CampaignProgress& now) {
+  const auto left = static_cast<long long>(now.seconds_left);
+  draw_progress(
+      "campaign", static_cast<double>(now.done) / static_cast<double>(now.total),
+      fmt::format("{} of {} spots, {:.0f}/s, {}:{:02}:{:02} left; Ctrl-C: continue later", now.done,
+                  now.total, now.per_second, left / 3600, left / 60 % 60, left % 60));
+}
+
+int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
+  const Campaign campaign = load_campaign(options.file);
+  if (options.replay) return ranks.rank() == 0 ? replay(options, campaign) : 0;
+  if (options.out.empty()) {
+    throw Error(ErrorParts{.where = "--out",
+                           .problem = "missing: a campaign that is interrupted continues in its "
+                                      "folder",
+                           .accepted = "a new or empty folder, or that of this campaign"});
+  }
+  stop_on_signals();
+  const CampaignOptions request{
+      .out = options.out, .threads = options.threads, .use_cache = !options.no_cache};
+  const CampaignResult result = run_campaign(campaign, request, ranks, stop_requested, show);
+  if (ranks.rank() != 0) return 0;
+  clear_progress();
+  const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);
+  write_results(request.out / "campaign.h5", campaign, result.spots);
+  if (!result.spots.empty()) {
+    write_file((request.out / "index.html").string(),
+               campaign_page(campaign, result.spots, result.full_order_states, again));
+  }
+  const CampaignSummary summary = summarize_campaign(result.spots);
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  fmt::print(stderr,
+             "spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
+             result.spots.size(), campaign.spots, result.computed, result.seconds,
+             result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
+             ranks.size(), ranks.size() == 1 ? "" : "s");
+  if (ranks.size() == 1 && result.cpu_seconds > 0.0) {
+    fmt::print(stderr, "          {:.0f} per second of processor time\n",
+               static_cast<double>(result.computed) / result.cpu_seconds);
+  }
+  fmt::print(stderr, "limit     exceeded in {} spots: {:.4g} %, 95 % interval {:.4g} to {:.4g} %\n",
+             summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
+             100.0 * summary.probability_high);
+  fmt::print(stderr, "held      {:+.3f} +- {:.3f} K from the reference; {} spots never at 95 %\n",
+             summary.held_mean_K, summary.held_deviation_K, summary.never_reached);
+  fmt::print(stderr, "results   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
+             (request.out / "index.html").string());
+  if (!result.complete) {
+    fmt::print(stderr, "STOPPED   the same command continues where this one stopped\n");
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int campaign_command(const CampaignCommandOptions& options) {
+  Ranks ranks;
+  try {
+    return run_ranks(options, ranks);
+  } catch (const std::exception& error) {
+    if (ranks.size() == 1) throw;
+    fmt::print(stderr, "photocoag: rank {}: {}\n", ranks.rank(), error.what());
+    std::fflush(stderr);
+    ranks.abort(kExitBadInput);  // the others wait for this one
+  }
+}
+
+void add_campaign(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<CampaignCommandOptions>();
+  CLI::App* command = app.add_subcommand(
+      "campaign", "thousands of virtual spots with random tissue, on all cores and machines");
+  command->add_option("FILE", options->file, "campaign file (TOML)")->required();
+  command
+      ->add_option("--out", options->out,
+                   "folder, new, empty, or that of the same campaign, which is continued")
+      ->type_name("DIR");
+  command->add_option("--threads", options->threads, "per rank; default: all cores it may use")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command
+      ->add_option("--replay", options->replay,
+                   "only this spot, to the bit, with a run folder and a report")
+      ->type_name("SPOT");
+  command->add_flag("--no-cache", options->no_cache, "make the reduced model anew");
+  command->footer(fmt::format(
+      "Examples:\n"
+      "  photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
+      "  mpirun -n 2 photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
+      "  photocoag campaign studies/campaigns/demo.toml --replay 17\n"
+      "Several machines: {}.\nExit code: 0 complete; 1 interrupted, to be continued; 2 bad "
+      "input.\n{}",
+      Ranks::has_mpi() ? "through MPI, one folder on the first rank's machine"
+                       : "this build has no MPI",
+      kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = campaign_command(*options); });
+}
+
+}  // namespace photocoag

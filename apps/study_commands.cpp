@@ -1,0 +1,193 @@
+#include "study_commands.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/page_frame.hpp"
+#include "photocoag/study/reproduce.hpp"
+#include "photocoag/study/sweep.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The shipped studies: beside an installed program, else in the source tree.
+fs::path shipped_studies() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / "../share/photocoag/studies";
+  return !error && fs::exists(installed / "plan.toml") ? installed
+                                                       : fs::path(PHOTOCOAG_STUDIES_DIR);
+}
+
+fs::path new_folder(const std::string& name) {
+  const fs::path base =
+      fs::path("runs") / fmt::format("{}-{:%Y%m%d-%H%M%S}", name, fmt::gmtime(std::time(nullptr)));
+  fs::path folder = base;
+  for (int i = 2; fs::exists(folder); ++i) folder = fmt::format("{}-{}", base.string(), i);
+  return folder;
+}
+
+}  // namespace
+
+int reproduce_command(const ReproduceCommandOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  const ReproduceOptions request{
+      .studies = options.studies.empty() ? shipped_studies() : fs::path(options.studies),
+      .out = options.out.empty() ? new_folder("reproduction") : fs::path(options.out),
+      .quick = options.quick,
+      .use_cache = !options.no_cache};
+  const std::vector<StudyOutcome> outcomes = reproduce(
+      request,
+      [](std::string_view label, double fraction) { draw_progress("studies", fraction, label); });
+  clear_progress();
+  std::size_t count[3] = {};
+  bool as_expected = true;
+  for (const StudyOutcome& outcome : outcomes) {
+    fmt::print("{} ({} seeds)\n", outcome.study.title, outcome.seeds);
+    for (const JudgedClaim& claim : outcome.claims) {
+      ++count[static_cast<int>(claim.verdict)];
+      fmt::print("  {:<21} {}{}\n", name_of(claim.verdict), claim.claim.text,
+                 claim.as_expected()
+                     ? ""
+                     : fmt::format("  (CHANGED: {} expects \"{}\")",
+                                   outcome.study.file.filename().string(), claim.claim.expected));
+      as_expected = as_expected && claim.as_expected();
+    }
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  fmt::print(stderr, "claims    {} hold, {} differ, {} cannot be judged here; {:.1f} s\n", count[0],
+             count[1], count[2], wall.count());
+  fmt::print(stderr, "report    {}\n", (request.out / "index.html").string());
+  return as_expected ? 0 : 1;
+}
+
+int sweep_command(const SweepOptions& options) {
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  std::vector<Varied> varied;
+  for (const std::string& option : options.vary) varied.push_back(parse_varied(option));
+  const fs::path folder = options.out.empty() ? new_folder("sweep") : fs::path(options.out);
+  check_run_folder(folder);
+  const std::vector<SweepPoint> points =
+      sweep(options.config, options.set, varied, options.seeds, !options.no_cache,
+            [](std::size_t done, std::size_t total) {
+              draw_progress("sweeping", static_cast<double>(done) / static_cast<double>(total),
+                            fmt::format("{} of {} runs", done, total));
+            });
+  clear_progress();
+  for (const Varied& one : varied) fmt::print("{:<{}}", one.key, one.key.size() + 2);
+  for (const auto& [measure, statistic] : sweep_columns())
+    fmt::print("{:>{}}", measure, measure.size() + 2);
+  fmt::print("\n");
+  for (const SweepPoint& point : points) {
+    for (std::size_t i = 0; i < varied.size(); ++i) {
+      fmt::print("{:<{}}", point.values[i], varied[i].key.size() + 2);
+    }
+    for (const auto& [measure, statistic] : sweep_columns()) {
+      fmt::print("{:>{}}",
+                 fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))),
+                 measure.size() + 2);
+    }
+    fmt::print("\n");
+  }
+  write_sweep(folder, varied, points, options.seeds);
+  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  return 0;
+}
+
+int compare_runs_command(const CompareRunsOptions& options) {
+  const fs::path folder = options.out.empty() ? new_folder("comparison") : fs::path(options.out);
+  compare_runs({options.runs.begin(), options.runs.end()}, folder);
+  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  return 0;
+}
+
+namespace {
+
+void add_sweep(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<SweepOptions>();
+  CLI::App* command = app.add_subcommand(
+      "sweep", "simulate every combination of some values: table, CSV, overlay plot");
+  command->add_option("--config", options->config, "TOML file; without it the defaults")
+      ->type_name("FILE");
+  command->add_option("--set", options->set, "one key of the configuration; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--vary", options->vary,
+                   "a key and its values; may be repeated: every combination is run")
+      ->required()
+      ->type_name("KEY=V1,V2,...")
+      ->allow_extra_args(false);
+  command->add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+  command->footer(fmt::format(
+      "Examples:\n"
+      "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"
+      "    --vary control.power_weight=0,5e1,5e4 --seeds 5\n"
+      "Over the seeds: the largest peak, error and power, the median time.\n{}",
+      kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = sweep_command(*options); });
+}
+
+void add_compare(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<CompareRunsOptions>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "several run folders in one report: one time axis, configuration differences");
+  command->add_option("RUN", options->runs, "run folders of treat or simulate")->required();
+  command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command->footer(
+      fmt::format("Examples:\n  photocoag compare runs/first runs/second --out runs/both\n{}",
+                  kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = compare_runs_command(*options); });
+}
+
+}  // namespace
+
+void add_study_commands(CLI::App& app, int& exit_code) {
+  const auto reproduce_options = std::make_shared<ReproduceCommandOptions>();
+  CLI::App* reproduce_app = app.add_subcommand(
+      "reproduce",
+      "every table and figure of the paper's results, with a verdict for each of its claims");
+  reproduce_app
+      ->add_option("--out", reproduce_options->out,
+                   "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  reproduce_app
+      ->add_option("--studies", reproduce_options->studies,
+                   "folder with plan.toml and the studies; default: the shipped ones")
+      ->type_name("DIR");
+  reproduce_app->add_flag("--quick", reproduce_options->quick,
+                          "without the sensitivities: for continuous integration");
+  reproduce_app->add_flag("--no-cache", reproduce_options->no_cache,
+                          "make the reduced models anew");
+  reproduce_app->footer(fmt::format(
+      "Examples:\n  photocoag reproduce --out runs/paper\n  photocoag reproduce --quick\n"
+      "Exit code: 0 good; 1 a verdict is not the one that the study's file expects; 2 bad "
+      "input.\n{}",
+      kResearchNotice));
+  reproduce_app->callback(
+      [&exit_code, reproduce_options] { exit_code = reproduce_command(*reproduce_options); });
+  add_sweep(app, exit_code);
+  add_compare(app, exit_code);
+  add_campaign(app, exit_code);
+}
+
+}  // namespace photocoag

@@ -1,0 +1,72 @@
+// Role: offline; the description of a campaign: a configuration and the random properties of the
+// spots. Used by campaign. Format: docs/studies.md. Units: those of the keys.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+
+namespace photocoag {
+
+enum class Distribution { kNormal, kLogNormal, kUniform };
+
+/// One random property of a spot, truncated to [low, high].
+struct CampaignInput {
+  std::string key;  ///< "plant.absorption_factor", "plant.tissue.…", "calibration_factor", …
+  Distribution distribution = Distribution::kUniform;
+  double center = 0.0;  ///< mean (normal) or median (log-normal)
+  double spread = 0.0;  ///< standard deviation (normal), or of the logarithm (log-normal)
+  double low = 0.0;
+  double high = 0.0;
+};
+
+struct Campaign {
+  std::string file;
+  std::string text;  ///< of the file
+  std::uint64_t spots = 0;
+  std::uint64_t seed = 1;
+  Config config;
+  std::vector<CampaignInput> inputs;
+  Eigen::MatrixXd correlation_root;  ///< lower Cholesky factor of the inputs' correlation
+
+  /// What the results depend on, as a hash: file, configuration, program.
+  std::string identity() const;
+};
+
+/// Factor and offset on the measured volume temperature: no keys of the configuration.
+inline constexpr std::string_view kCalibrationFactor = "calibration_factor";
+inline constexpr std::string_view kCalibrationOffset = "calibration_offset_K";
+
+/// Reads and checks everything, the configuration at all lows and at all highs included. Throws
+/// Error naming file, key, what was found and what is accepted.
+Campaign load_campaign(const std::string& file);
+
+/// The values of all inputs for a spot: a function of (campaign.seed, spot) alone.
+std::vector<double> draw_inputs(const Campaign& campaign, std::uint64_t spot);
+/// Seed of the measurement noise of a spot.
+std::uint64_t noise_seed(const Campaign& campaign, std::uint64_t spot) noexcept;
+
+/// Sets inputs of one configuration again and again, without parsing.
+class InputSetter {
+ public:
+  /// Throws Error if a key is not a number of the eye. `config` must outlive it and stay in place.
+  InputSetter(const Campaign& campaign, Config& config);
+  void set(const std::vector<double>& values) noexcept;
+  double calibration_factor() const noexcept { return factor_; }
+  double calibration_offset() const noexcept { return offset_; }
+
+ private:
+  struct Target {
+    double* value;
+    double scale;  ///< SI = written * scale
+  };
+  std::vector<Target> targets_;
+  double factor_ = 1.0;
+  double offset_ = 0.0;  ///< K
+};
+
+}  // namespace photocoag

@@ -1,0 +1,23 @@
+// Role: offline; the table of a campaign as HDF5, for Python, MATLAB and R. Used by `photocoag
+// campaign`. Format: docs/studies.md. The same campaign gives the same bytes: no time stamps.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "photocoag/campaign/spot.hpp"
+
+namespace photocoag {
+
+/// Dataset /spots: one compound row per spot, by number; attributes with units, meanings,
+/// distributions, campaign file, configuration and program version. Replaces an older file at the
+/// end. Throws Error.
+void write_results(const std::filesystem::path& file, const Campaign& campaign,
+                   const std::vector<SpotRecord>& spots);
+
+/// Unit of an input: of its key's ending.
+std::string_view input_unit(std::string_view key) noexcept;
+/// The input's key without "plant.", "tissue." and "layers.", for columns and headings.
+std::string short_name(const std::string& key);
+
+}  // namespace photocoag

@@ -1,0 +1,267 @@
+#include "photocoag/campaign/run_campaign.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <condition_variable>
+#include <ctime>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "photocoag/campaign/journal.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/run/run_folder.hpp"
+
+namespace photocoag {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBatchPerThread = 8;             // spots that a rank asks for at a time
+constexpr auto kNap = std::chrono::microseconds(500);  // of the main thread, between looks
+
+// The threads of one rank: numbers of spots in, records out.
+class Pool {
+ public:
+  Pool(const Campaign& campaign, const SpotModels& models, unsigned threads) {
+    for (unsigned i = 0; i < threads; ++i) {
+      threads_.emplace_back([this, &campaign, &models] { work(campaign, models); });
+    }
+  }
+  ~Pool() {
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.clear();
+      ended_ = true;
+    }
+    wake_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  void add(std::uint64_t spot) {
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.push_back(spot);
+    }
+    wake_.notify_one();
+  }
+  /// Forgets what no thread has begun.
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    waiting_.clear();
+  }
+  std::size_t waiting() {
+    const std::lock_guard lock(mutex_);
+    return waiting_.size();
+  }
+  bool idle() {
+    const std::lock_guard lock(mutex_);
+    return waiting_.empty() && busy_ == 0 && finished_.empty();
+  }
+  std::vector<SpotRecord> take() {
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+    return std::exchange(finished_, {});
+  }
+
+ private:
+  void work(const Campaign& campaign, const SpotModels& models) {
+    SpotRunner runner(campaign, models);
+    std::unique_lock lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
+      if (ended_) return;
+      const std::uint64_t spot = waiting_.front();
+      waiting_.pop_front();
+      ++busy_;
+      lock.unlock();
+      try {
+        SpotRecord record = runner.run(spot);
+        lock.lock();
+        finished_.push_back(std::move(record));
+      } catch (...) {
+        if (!lock.owns_lock()) lock.lock();
+        if (!failure_) failure_ = std::current_exception();
+      }
+      --busy_;
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::uint64_t> waiting_;
+  std::vector<SpotRecord> finished_;
+  std::size_t busy_ = 0;
+  bool ended_ = false;
+  std::exception_ptr failure_;
+  std::vector<std::thread> threads_;
+};
+
+// Numbers of spots that are still to do; rank 0 hands them out.
+class Ledger {
+ public:
+  Ledger(std::uint64_t total, const std::vector<SpotRecord>& found) : done_(total, false) {
+    for (const SpotRecord& record : found) {
+      if (record.spot < total) done_[record.spot] = true;
+    }
+  }
+  std::vector<std::uint64_t> next(std::size_t count) {
+    std::vector<std::uint64_t> spots;
+    for (; next_ < done_.size() && spots.size() < count; ++next_) {
+      if (!done_[next_]) spots.push_back(next_);
+    }
+    return spots;
+  }
+  void close() { next_ = done_.size(); }
+
+ private:
+  std::vector<bool> done_;
+  std::size_t next_ = 0;
+};
+
+// A campaign's folder is new, empty, or holds this campaign's journal.
+void prepare_folder(const fs::path& out, const Campaign& campaign) {
+  if (!fs::exists(out / "journal.bin")) check_run_folder(out);
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error) {
+    throw Error(ErrorParts{.where = "--out",
+                           .problem = "the folder cannot be made: " + error.message(),
+                           .found = out.string()});
+  }
+  Journal journal(out / "journal.bin", campaign);  // refuses another campaign's
+  write_file((out / "campaign.toml").string(), campaign.text);
+  write_file((out / "config.toml").string(), to_toml(campaign.config));
+}
+
+// Rank 0: hands out work, keeps the journal.
+void lead(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks, Pool& pool,
+          unsigned threads, const std::atomic<bool>& stop,
+          const std::function<void(const CampaignProgress&)>& progress, CampaignResult& result) {
+  Journal journal(options.out / "journal.bin", campaign);
+  Ledger ledger(campaign.spots, journal.found());
+  result.spots = journal.found();
+  const auto begin = Clock::now();
+  const std::clock_t cpu_begin = std::clock();
+  auto told = begin;
+  int working = ranks.size() - 1;  // other ranks that have not been told the end
+  std::size_t outside = 0;         // spots that other ranks have and have not sent back
+  const auto keep = [&](SpotRecord record) {
+    journal.append(record);
+    result.spots.push_back(std::move(record));
+    ++result.computed;
+  };
+  const auto tell = [&] {
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    CampaignProgress now{.done = result.spots.size(), .total = campaign.spots};
+    now.per_second = seconds > 0.0 ? static_cast<double>(result.computed) / seconds : 0.0;
+    now.seconds_left =
+        now.per_second > 0.0 ? static_cast<double>(now.total - now.done) / now.per_second : 0.0;
+    progress(now);
+  };
+  bool exhausted = false;
+  while (true) {
+    if (stop.load(std::memory_order_relaxed)) {
+      ledger.close();
+      pool.clear();
+    }
+    for (SpotRecord& record : pool.take()) keep(std::move(record));
+    if (pool.waiting() < threads) {
+      const auto spots = ledger.next(kBatchPerThread * threads);
+      for (const std::uint64_t spot : spots) pool.add(spot);
+      exhausted = spots.empty();
+    }
+    while (auto message = ranks.receive()) {
+      if (message->tag == Ranks::Tag::kResult) {
+        keep(from_block(message->values.data(), campaign.inputs.size()));
+        --outside;
+        continue;
+      }
+      // A request: its number of threads. An empty answer is the end.
+      const auto count = kBatchPerThread * static_cast<std::size_t>(message->values.at(0));
+      std::vector<double> answer;
+      for (const std::uint64_t spot : ledger.next(count)) {
+        answer.push_back(std::bit_cast<double>(spot));
+      }
+      outside += answer.size();
+      if (answer.empty()) --working;
+      ranks.send(message->from, Ranks::Tag::kWork, answer);
+    }
+    if (exhausted && working == 0 && outside == 0 && pool.idle()) break;
+    if (progress && Clock::now() - told > std::chrono::milliseconds(200)) {
+      told = Clock::now();
+      tell();
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+  if (progress) tell();
+  result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  result.cpu_seconds = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
+  std::sort(result.spots.begin(), result.spots.end(),
+            [](const SpotRecord& a, const SpotRecord& b) { return a.spot < b.spot; });
+  result.complete = result.spots.size() == campaign.spots;
+}
+
+// Another rank: asks for more while its threads still have some; an empty answer is the end.
+void follow(Ranks& ranks, Pool& pool, unsigned threads) {
+  bool asked = false;
+  bool ended = false;
+  std::size_t held = 0;  // spots received and not yet sent back
+  while (!ended) {
+    for (const SpotRecord& record : pool.take()) {
+      ranks.send(0, Ranks::Tag::kResult, to_block(record));
+      --held;
+    }
+    if (!asked && pool.waiting() < threads) {
+      ranks.send(0, Ranks::Tag::kRequest, {static_cast<double>(threads)});
+      asked = true;
+    }
+    while (auto message = ranks.receive()) {
+      asked = false;
+      ended = message->values.empty();
+      for (const double spot : message->values) {
+        pool.add(std::bit_cast<std::uint64_t>(spot));
+        ++held;
+      }
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+  while (held > 0) {
+    for (const SpotRecord& record : pool.take()) {
+      ranks.send(0, Ranks::Tag::kResult, to_block(record));
+      --held;
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+}
+
+}  // namespace
+
+CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks,
+                            const std::atomic<bool>& stop,
+                            const std::function<void(const CampaignProgress&)>& progress) {
+  if (ranks.rank() == 0) prepare_folder(options.out, campaign);
+  const SpotModels models = make_spot_models(campaign, options.use_cache);
+  const unsigned threads =
+      options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  Pool pool(campaign, models, threads);
+  CampaignResult result;
+  result.full_order_states =
+      models.standing ? models.standing->states() : models.controller.full_order_states;
+  if (ranks.rank() == 0) {
+    lead(campaign, options, ranks, pool, threads, stop, progress, result);
+  } else {
+    follow(ranks, pool, threads);
+  }
+  return result;
+}
+
+}  // namespace photocoag

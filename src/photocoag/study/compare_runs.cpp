@@ -1,0 +1,164 @@
+// Several run folders in one report.
+#include <fmt/format.h>
+
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "photocoag/config/source.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/report/html.hpp"
+#include "photocoag/report/run_log.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/overlay.hpp"
+#include "photocoag/study/page_frame.hpp"
+#include "photocoag/study/sweep.hpp"
+
+namespace photocoag {
+namespace {
+
+using Out = std::back_insert_iterator<std::string>;
+
+constexpr std::size_t kMostBytes = 500'000'000;  // of a file of a run folder
+
+struct Loaded {
+  std::string name;
+  RunLog log;
+  RunSummary summary;
+  RunConfig config;
+  std::map<std::string, std::string> keys;  // full key -> text
+};
+
+// Layers by their name, as --set addresses them.
+void flatten(const Value& value, const std::string& prefix,
+             std::map<std::string, std::string>& keys) {
+  const bool layers = value.kind == Value::Kind::kArray && !value.entries.empty() &&
+                      value.entries.front().value.kind == Value::Kind::kTable;
+  if (value.kind != Value::Kind::kTable && !layers) {
+    keys[prefix] = value.text;
+    return;
+  }
+  for (const Entry& entry : value.entries) {
+    std::string key = entry.key;
+    if (layers) {
+      const Value* name = entry.value.find("name");
+      key = name != nullptr ? name->string : "?";
+    }
+    flatten(entry.value, prefix.empty() ? key : prefix + "." + key, keys);
+  }
+}
+
+Loaded load(const std::filesystem::path& folder) {
+  const auto file = [&folder](const char* name) { return (folder / name).string(); };
+  Loaded run;
+  run.name = folder.lexically_normal().string();
+  if (run.name.size() > 1 && run.name.ends_with('/')) run.name.pop_back();
+  run.config = parse_run_config(read_file(file("config.toml"), kMostBytes), file("config.toml"));
+  run.log = parse_run_log(read_file(file("run.csv"), kMostBytes), file("run.csv"));
+  run.summary =
+      parse_run_summary(read_file(file("summary.json"), kMostBytes), file("summary.json"));
+  flatten(read_toml_file(file("config.toml")), "", run.keys);
+  return run;
+}
+
+Trajectory trajectory_of(const RunLog& log) {
+  Trajectory loop;
+  for (std::size_t k = 0; k < log.cycles(); ++k) {
+    loop.time_ms.push_back(1e3 * log.time_s[k]);
+    loop.power_mW.push_back(1e3 * log.power_W[k]);
+  }
+  loop.peak_K = log.has_truth() ? log.peak_true_K : log.peak_estimate_K;
+  loop.absorption_factor = log.absorption_estimate;
+  return loop;
+}
+
+std::string optional_text(std::optional<double> value, double factor, std::string_view unit) {
+  return value ? number_text(*value * factor, unit) : "–";
+}
+
+std::string summary_table(const std::vector<Loaded>& runs) {
+  std::string html =
+      "<section><h2>Summaries</h2><div class=\"scroll\"><table class=\"data\"><thead><tr><th>run"
+      "</th><th>highest peak</th><th>limit</th><th>cycles above it</th><th>95 % after</th>"
+      "<th>RMS error after 50 ms</th><th>final error of alpha</th><th>overruns</th><th>seed</th>"
+      "<th>stopped for</th></tr></thead>\n";
+  for (const Loaded& run : runs) {
+    const RunSummary& s = run.summary;
+    const auto count = [](const std::optional<std::int64_t>& value) {
+      return value ? fmt::format("{}", *value) : std::string("–");
+    };
+    fmt::format_to(
+        Out(html),
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+        "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        escape_html(run.name),
+        optional_text(s.peak_true_max_K ? s.peak_true_max_K : s.peak_estimate_max_K, 1.0, "K"),
+        number_text(s.limit_K, "K"), count(s.limit_violations),
+        optional_text(s.time_to_95_percent_s, 1e3, "ms"),
+        optional_text(s.rms_error_after_50_ms_K, 1.0, "K"),
+        optional_text(s.absorption_error_final, 100.0, "%"), count(s.overruns), escape_html(s.seed),
+        escape_html(s.stopped_for.value_or("–")));
+  }
+  return html + "</table></div></section>\n";
+}
+
+std::string difference_table(const std::vector<Loaded>& runs) {
+  std::set<std::string> keys;
+  for (const Loaded& run : runs) {
+    for (const auto& [key, text] : run.keys) keys.insert(key);
+  }
+  std::string rows;
+  for (const std::string& key : keys) {
+    std::set<std::string> values;
+    std::string cells;
+    for (const Loaded& run : runs) {
+      const auto found = run.keys.find(key);
+      const std::string text = found == run.keys.end() ? "not given" : found->second;
+      values.insert(text);
+      fmt::format_to(Out(cells), "<td>{}</td>", escape_html(text));
+    }
+    if (values.size() > 1)
+      fmt::format_to(Out(rows), "<tr><td>{}</td>{}</tr>\n", escape_html(key), cells);
+  }
+  std::string html = "<section><h2>Where the configurations differ</h2>";
+  if (rows.empty()) return html + "<p>Nowhere.</p></section>\n";
+  html += "<div class=\"scroll\"><table class=\"data\"><thead><tr><th>key</th>";
+  for (const Loaded& run : runs) fmt::format_to(Out(html), "<th>{}</th>", escape_html(run.name));
+  return html + "</tr></thead>\n" + rows + "</table></div></section>\n";
+}
+
+}  // namespace
+
+void compare_runs(const std::vector<std::filesystem::path>& folders,
+                  const std::filesystem::path& out) {
+  check_run_folder(out);
+  std::vector<Loaded> runs;
+  std::vector<OverlayCurve> curves;
+  for (const auto& folder : folders) {
+    runs.push_back(load(folder));
+    curves.push_back({.label = runs.back().name,
+                      .loop = trajectory_of(runs.back().log),
+                      .limit_K = runs.back().summary.limit_K,
+                      .reference_K = runs.back().config.peak_reference_K});
+  }
+  const std::vector<Figure> figures = overlay_figures(curves);
+  std::string html = page_begin(
+      "Runs compared", "comparison", fmt::format("{} run folders", runs.size()),
+      "One time axis for all. The peak is the true one where the eye was simulated, else the "
+      "estimate.",
+      overlay_css());
+  html += "<section><h2>Overlay</h2>";
+  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
+    html += "<figure class=\"overlay\">" + svg + "</figure>\n";
+  }
+  html += "</section>\n";
+  html += summary_table(runs) + difference_table(runs);
+  std::filesystem::create_directories(out);
+  write_file((out / "compare.svg").string(),
+             render_figures(figures, SvgKind::kStandAlone).front());
+  write_file((out / "compare.csv").string(), figure_csv(figures.front()));
+  write_file((out / "index.html").string(), html + page_end());
+}
+
+}  // namespace photocoag

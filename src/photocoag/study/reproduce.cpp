@@ -1,0 +1,160 @@
+#include "photocoag/study/reproduce.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/timing.hpp"
+
+namespace photocoag {
+
+std::string_view name_of(Verdict3 verdict) noexcept {
+  switch (verdict) {
+    case Verdict3::kHolds:
+      return "holds";
+    case Verdict3::kDiffers:
+      return "differs";
+    case Verdict3::kCannotJudge:
+      return "cannot be judged here";
+  }
+  return {};
+}
+
+bool JudgedClaim::as_expected() const noexcept {
+  return claim.expected.empty() || claim.expected == name_of(verdict);
+}
+
+JudgedClaim judge_claim(const Study& study, const Claim& claim,
+                        const std::vector<RunResult>& results) {
+  JudgedClaim judged{.claim = claim, .verdict = Verdict3::kCannotJudge, .terms = {}};
+  if (claim.holds_if.empty()) return judged;
+  try {
+    PredicateResult result = evaluate_predicate(claim.holds_if, measures_of(results));
+    judged.verdict = result.holds ? Verdict3::kHolds : Verdict3::kDiffers;
+    judged.terms = std::move(result.terms);
+  } catch (const Error& error) {
+    ErrorParts parts = error.parts();
+    parts.where = study.file.string();
+    parts.key = "claim.holds_if";
+    if (parts.accepted.empty()) parts.accepted = "in: " + claim.holds_if;
+    throw Error(std::move(parts));
+  }
+  return judged;
+}
+
+StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra, int seeds,
+                       ModelPool& pool, const RunProgress& progress) {
+  StudyOutcome outcome{
+      .study = study, .seeds = seeds, .results = {}, .claims = {}, .variations = {}};
+  if (study.kind == StudyKind::kComputationTimes) {
+    outcome.results = time_solvers(study, seeds, pool);
+  } else {
+    std::vector<RunJob> jobs;
+    for (const StudyRun& run : study.runs) {
+      std::vector<std::string> set = study.overrides(run);
+      set.insert(set.end(), extra.begin(), extra.end());
+      try {
+        jobs.push_back({run.id, load_config(study.base, set), run.first_power});
+      } catch (const Error& error) {
+        throw Error(fmt::format("{}: run {}: {}", study.file.string(), run.id, error.what()));
+      }
+    }
+    outcome.results = run_all(jobs, seeds, pool, progress);
+  }
+  for (const Claim& claim : study.claims) {
+    outcome.claims.push_back(judge_claim(study, claim, outcome.results));
+  }
+  return outcome;
+}
+
+std::vector<StudyOutcome> reproduce(
+    const ReproduceOptions& options,
+    const std::function<void(std::string_view label, double fraction)>& progress) {
+  check_run_folder(options.out);
+  const Plan plan = load_plan(options.studies / "plan.toml");
+  std::vector<Study> studies;
+  for (const std::string& id : plan.studies) {
+    studies.push_back(load_study(options.studies / (id + ".toml")));
+  }
+  const std::vector<Variation> variations =
+      options.quick ? std::vector<Variation>{} : plan.variations;
+  const auto steps = static_cast<double>(studies.size() * (1 + variations.size()));
+  double step = 0.0;
+  ModelPool pool(options.use_cache);
+  std::vector<StudyOutcome> outcomes;
+  const auto tell = [&](const std::string& label, double within) {
+    if (progress) progress(label, (step + within) / steps);
+  };
+  for (const Study& study : studies) {
+    tell(study.id, 0.0);
+    outcomes.push_back(
+        run_study(study, {}, plan.seeds, pool, [&](std::size_t done, std::size_t total) {
+          tell(study.id, static_cast<double>(done) / static_cast<double>(total));
+        }));
+    step += 1.0;
+    if (study.kind == StudyKind::kComputationTimes) {
+      step += static_cast<double>(variations.size());
+      continue;  // the machine's, not the tissue's
+    }
+    for (const Variation& variation : variations) {
+      const std::string label = study.id + ", " + variation.id;
+      const StudyOutcome varied =
+          run_study(study, variation.set, plan.variation_seeds, pool,
+                    [&](std::size_t done, std::size_t total) {
+                      tell(label, static_cast<double>(done) / static_cast<double>(total));
+                    });
+      VariedStudy& row = outcomes.back().variations.emplace_back();
+      row.variation = variation;
+      for (const JudgedClaim& claim : varied.claims) row.verdicts.push_back(claim.verdict);
+      step += 1.0;
+    }
+  }
+  std::vector<StudyFile> files;
+  std::vector<std::vector<StudyDrawing>> drawings;
+  for (const StudyOutcome& outcome : outcomes) drawings.push_back(draw_study(outcome, files));
+  files.push_back({"claims.json", claims_json(outcomes, options.quick)});
+  files.push_back({"index.html", reproduce_page(outcomes, drawings, options.quick)});
+  std::filesystem::create_directories(options.out);
+  for (const StudyFile& file : files) write_file((options.out / file.name).string(), file.content);
+  return outcomes;
+}
+
+std::string claims_json(const std::vector<StudyOutcome>& outcomes, bool quick) {
+  using Json = nlohmann::ordered_json;
+  Json claims = Json::array();
+  for (const StudyOutcome& outcome : outcomes) {
+    for (std::size_t i = 0; i < outcome.claims.size(); ++i) {
+      const JudgedClaim& claim = outcome.claims[i];
+      Json terms = Json::array();
+      for (const TermValue& term : claim.terms) {
+        terms.push_back({{"term", term.term.text()},
+                         {"value", std::isfinite(term.value) ? Json(term.value) : Json()}});
+      }
+      Json varied = Json::object();
+      for (const VariedStudy& variation : outcome.variations) {
+        varied[variation.variation.id] = name_of(variation.verdicts[i]);
+      }
+      claims.push_back({{"study", outcome.study.id},
+                        {"claim", claim.claim.text},
+                        {"verdict", name_of(claim.verdict)},
+                        {"expected", claim.claim.expected},
+                        {"holds_if", claim.claim.holds_if},
+                        {"measured", terms},
+                        {"seeds", outcome.seeds},
+                        {"why", claim.verdict == Verdict3::kDiffers ? claim.claim.differs
+                                                                    : claim.claim.cannot_judge},
+                        {"sensitivity", varied}});
+    }
+  }
+  const Json json = {
+      {"notice", kResearchNotice}, {"version", version()}, {"quick", quick}, {"claims", claims}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace photocoag

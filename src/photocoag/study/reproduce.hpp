@@ -1,0 +1,90 @@
+// Role: offline; every table and figure of the paper's results on the simulated eye, and what
+// becomes of each claim that the paper's text makes about it. Used by `photocoag reproduce`.
+// Source: paper, sections 3 to 6. Differences: simulated eyes where the paper has porcine ones.
+// Units: in the names. Real-time promise: none.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/study/expression.hpp"
+#include "photocoag/study/run_set.hpp"
+#include "photocoag/study/study.hpp"
+
+namespace photocoag {
+
+enum class Verdict3 { kHolds, kDiffers, kCannotJudge };
+
+std::string_view name_of(Verdict3 verdict) noexcept;
+
+struct JudgedClaim {
+  Claim claim;
+  Verdict3 verdict = Verdict3::kCannotJudge;
+  std::vector<TermValue> terms;  ///< the measured numbers behind it
+
+  /// The verdict is the one that the study's file expects, or it expects none.
+  bool as_expected() const noexcept;
+};
+
+/// Verdicts under one change of what the paper does not give; in the order of the claims.
+struct VariedStudy {
+  Variation variation;
+  std::vector<Verdict3> verdicts;
+};
+
+struct StudyOutcome {
+  Study study;
+  int seeds = 0;
+  std::vector<RunResult> results;
+  std::vector<JudgedClaim> claims;
+  std::vector<VariedStudy> variations;
+};
+
+/// Throws Error naming the study's file if a predicate is malformed.
+JudgedClaim judge_claim(const Study& study, const Claim& claim,
+                        const std::vector<RunResult>& results);
+
+/// Runs a study over `seeds` and judges its claims. `extra`: overrides applied last.
+StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra, int seeds,
+                       ModelPool& pool, const RunProgress& progress = {});
+
+struct ReproduceOptions {
+  std::filesystem::path studies;  ///< folder with plan.toml and the studies
+  std::filesystem::path out;      ///< folder, new or empty
+  bool quick = false;             ///< no sensitivities
+  bool use_cache = true;
+};
+
+/// Runs everything and writes index.html, claims.json, and an SVG and a CSV per figure. Called with
+/// a label and a fraction. Throws Error.
+std::vector<StudyOutcome> reproduce(
+    const ReproduceOptions& options,
+    const std::function<void(std::string_view label, double fraction)>& progress = {});
+
+/// One file of a reproduction, beside index.html.
+struct StudyFile {
+  std::string name;
+  std::string content;
+};
+
+/// A figure of a study for the page, and its files.
+struct StudyDrawing {
+  std::string title;
+  std::string svg;  ///< inline
+  std::string svg_file, csv_file;
+};
+
+/// Figures of one study: one per column. `files` gets SVG and CSV.
+std::vector<StudyDrawing> draw_study(const StudyOutcome& outcome, std::vector<StudyFile>& files);
+
+/// The self-contained page.
+std::string reproduce_page(const std::vector<StudyOutcome>& outcomes,
+                           const std::vector<std::vector<StudyDrawing>>& drawings, bool quick);
+
+/// Every claim with numbers and verdict.
+std::string claims_json(const std::vector<StudyOutcome>& outcomes, bool quick);
+
+}  // namespace photocoag

@@ -1,0 +1,141 @@
+#include "photocoag/study/run_set.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <exception>
+#include <thread>
+#include <utility>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/run/model_cache.hpp"
+
+namespace photocoag {
+namespace {
+
+// What the models depend on; two configurations with the same key share them.
+std::string key_of(Config config) {
+  const double period = config.control.period;
+  config.control = ControlSettings{};
+  config.control.period = period;
+  config.estimator = EstimatorSettings{};
+  config.run = RunSettings{};
+  config.plant.absorption_factor = 1.0;
+  config.plant.noise = 0.0;
+  return config_sha256(config);
+}
+
+template <Plant P>
+Trajectory closed_loop(const Config& config, const ReducedModel& model, P plant, std::uint64_t seed,
+                       std::optional<double> first_power) {
+  Controller controller(model, config.control, config.estimator);
+  SimulatedEye<P> eye(std::move(plant), config.plant.noise, seed);
+  Trajectory out;
+  Decision decision = controller.decide();
+  if (first_power) decision.power = *first_power;
+  for (std::size_t cycle = 0; cycle < config.cycles(); ++cycle) {
+    eye.write(decision.power);
+    const Reading reading = eye.advance(cycle);
+    const Estimate estimate = controller.observe(reading.sample);
+    out.time_ms.push_back(static_cast<double>(cycle + 1) * config.control.period * 1e3);
+    out.peak_K.push_back(reading.truth.peak);
+    out.peak_estimate_K.push_back(estimate.outputs.peak);
+    out.volume_K.push_back(reading.truth.volume);
+    out.measured_K.push_back(reading.sample.volume_temperature);
+    out.power_mW.push_back(reading.sample.applied_power * 1e3);
+    out.power_reference_mW.push_back(decision.power_reference * 1e3);
+    out.absorption_factor.push_back(estimate.absorption_factor);
+    decision = controller.decide();
+  }
+  return out;
+}
+
+}  // namespace
+
+std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
+  std::shared_ptr<Slot> slot;
+  {
+    const std::lock_guard lock(mutex_);
+    std::shared_ptr<Slot>& found = slots_[key_of(config)];
+    if (!found) found = std::make_shared<Slot>();
+    slot = found;
+  }
+  std::call_once(slot->once, [&] {
+    ModelStore store(config, use_cache_);
+    auto models = std::make_shared<Models>();
+    models->reduced = store.reduced();
+    if (config.plant.model == PlantModel::kFull) {
+      models->full = store.plant_full();
+    } else {
+      models->plant = store.plant_reduced();
+    }
+    slot->models = std::move(models);
+  });
+  return slot->models;
+}
+
+Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
+                    std::optional<double> first_power) {
+  if (models.full) {
+    return closed_loop(config, models.reduced,
+                       FullOrderPlant(models.full, config.plant.discretization,
+                                      config.control.period, config.plant.absorption_factor),
+                       seed, first_power);
+  }
+  return closed_loop(config, models.reduced,
+                     ReducedPlant(*models.plant, config.plant.absorption_factor), seed,
+                     first_power);
+}
+
+std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
+                               const RunProgress& progress) {
+  std::vector<RunResult> results(jobs.size());
+  std::vector<std::vector<std::map<std::string, double>>> measured(jobs.size());
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    results[i].id = jobs[i].id;
+    results[i].config = jobs[i].config;
+    results[i].trajectories.resize(static_cast<std::size_t>(seeds));
+    measured[i].resize(static_cast<std::size_t>(seeds));
+  }
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
+  const auto work = [&] {
+    for (std::size_t k = next++; k < total; k = next++) {
+      const std::size_t job = k / static_cast<std::size_t>(seeds);
+      const std::size_t seed = k % static_cast<std::size_t>(seeds);
+      try {
+        const Config& config = jobs[job].config;
+        Trajectory loop =
+            run_once(config, *pool.get(config), config.run.seed + seed, jobs[job].first_power);
+        measured[job][seed] = measure(config, loop, jobs[job].first_power);
+        results[job].trajectories[seed] = std::move(loop);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+        next = total;
+      }
+      const std::lock_guard lock(mutex);
+      ++done;
+      if (progress) progress(done, total);
+    }
+  };
+  std::vector<std::thread> threads;
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  for (unsigned i = 0; i < cores; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    for (const auto& one : measured[i]) {
+      for (const auto& [name, value] : one) results[i].measures[name].push_back(value);
+    }
+  }
+  return results;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,84 @@
+// Role: offline; runs the configurations of a study over all seeds, on all cores, and measures
+// them. Used by reproduce, sweep. Source: paper, sections 4 and 5. Units: in the names.
+// Real-time promise: none. Threads: run_all uses its own; the results do not depend on their
+// number.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+#include "photocoag/study/expression.hpp"
+
+namespace photocoag {
+
+/// One closed loop; entry k is the end of cycle k, as in run.csv.
+struct Trajectory {
+  std::vector<double> time_ms, peak_K, peak_estimate_K, volume_K, measured_K, power_mW,
+      power_reference_mW, absorption_factor;
+};
+
+/// A configuration to run over seeds.
+struct RunJob {
+  std::string id;
+  Config config;                      ///< its run.seed is the first seed
+  std::optional<double> first_power;  ///< W, given instead of solved for
+};
+
+/// What came of it: trajectories by seed, and every measure, one value per seed.
+struct RunResult {
+  std::string id;
+  Config config;
+  std::vector<Trajectory> trajectories;
+  std::map<std::string, std::vector<double>> measures;
+};
+
+/// Models by tissue, period and reduction, each made once. Threads: any.
+class ModelPool {
+ public:
+  explicit ModelPool(bool use_cache) : use_cache_(use_cache) {}
+  struct Models {
+    ReducedModel reduced;
+    std::shared_ptr<const FullOrderModel> full;  ///< of the eye; null if it is a reduced one
+    std::optional<ReducedModel> plant;
+  };
+  /// Throws Error if the configuration cannot be had.
+  std::shared_ptr<const Models> get(const Config& config);
+
+ private:
+  struct Slot {
+    std::once_flag once;
+    std::shared_ptr<const Models> models;
+  };
+  bool use_cache_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Slot>> slots_;
+};
+
+/// Called with the number of loops that are done; from any thread, one at a time.
+using RunProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job.
+std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
+                               const RunProgress& progress = {});
+
+/// One closed loop in virtual time.
+Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
+                    std::optional<double> first_power);
+
+/// Every measure of one trajectory (docs/studies.md lists them).
+std::map<std::string, double> measure(const Config& config, const Trajectory& trajectory,
+                                      std::optional<double> first_power);
+
+/// Looks terms of predicates up, differences of two runs included. `results` must outlive it.
+MeasureSource measures_of(const std::vector<RunResult>& results);
+
+}  // namespace photocoag

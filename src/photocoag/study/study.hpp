@@ -1,0 +1,78 @@
+// Role: offline; one figure or table of the paper as a file (studies/*.toml): which runs, what is
+// drawn, which claims, each with the predicate that decides it. Used by reproduce. Format:
+// docs/studies.md. Units: in the names. Real-time promise: none.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace photocoag {
+
+/// One curve: a configuration, run over all seeds.
+struct StudyRun {
+  std::string id;
+  std::string label;
+  std::string column;            ///< id of the column it is drawn in; empty: not drawn
+  std::vector<std::string> set;  ///< after the study's and the column's
+  int ink = 1;                   ///< 1 to 6
+  std::string dash = "solid";
+  std::optional<double> first_power;  ///< W; the first cycle's power, given instead of solved for
+};
+
+struct StudyColumn {
+  std::string id;
+  std::string title;
+  std::vector<std::string> set;
+};
+
+struct Claim {
+  std::string text;          ///< what the paper says, in our words
+  std::string holds_if;      ///< predicate; empty: cannot be judged here
+  std::string differs;       ///< how and why, should the predicate be false
+  std::string cannot_judge;  ///< why not
+  std::string expected;      ///< "holds" or "differs"; empty: depends on the machine
+};
+
+enum class StudyKind { kClosedLoop, kComputationTimes };
+
+struct Study {
+  std::string id;  ///< the file's name without .toml
+  std::filesystem::path file;
+  StudyKind kind = StudyKind::kClosedLoop;
+  std::string title;
+  std::string paper;  ///< where the figure or table is
+  std::string note;   ///< what is ours in it
+  std::string base;   ///< configuration file; empty: the defaults
+  std::vector<std::string> set;
+  double view_ms = 60.0;
+  std::vector<int> horizons;  ///< of a table of computation times
+  std::vector<StudyColumn> columns;
+  std::vector<StudyRun> runs;
+  std::vector<Claim> claims;
+
+  /// All overrides of a run in their order.
+  std::vector<std::string> overrides(const StudyRun& run) const;
+};
+
+/// What a figure depends on and the paper does not give: overrides that apply to every run.
+struct Variation {
+  std::string id;
+  std::string title;
+  std::vector<std::string> set;
+};
+
+/// The closing page.
+struct Plan {
+  std::vector<std::string> studies;  ///< ids, in the page's order
+  int seeds = 20;
+  int variation_seeds = 4;
+  std::vector<Variation> variations;
+};
+
+/// Throws Error naming file, line, key, what was found and what is accepted.
+Study load_study(const std::filesystem::path& file);
+Plan load_plan(const std::filesystem::path& file);
+
+}  // namespace photocoag
