@@ -53,6 +53,12 @@ struct DiscretizationsOptions : CommonOptions {
   std::string out;  ///< folder for CSV and figure; may be empty
 };
 
+struct FaultsOptions {
+  std::string row;                  ///< one id; empty: all
+  bool without_supervisor = false;  ///< to see that every row needs it
+  int healthy = 0;                  ///< treatments without faults, to count false stops
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -69,5 +75,6 @@ int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
 int bench(const BenchOptions& options);
+int faults_command(const FaultsOptions& options);
 
 }  // namespace photocoag

@@ -226,6 +226,25 @@ int run_command(int argc, char** argv) {
              "The eye is that of [plant]: its absorption_factor and tissue."));
   schemes_app->callback([&] { exit_code = discretizations(schemes_options); });
 
+  FaultsOptions faults_options;
+  CLI::App* faults_app = app.add_subcommand(
+      "faults", "inject every fault of docs/safety.md and show how the supervisor reacts");
+  faults_app->add_option("--row", faults_options.row, "one row, e.g. M4; default: all")
+      ->type_name("ID");
+  faults_app->add_flag("--without-supervisor", faults_options.without_supervisor,
+                       "take the supervisor out: every row must fail");
+  faults_app
+      ->add_option("--healthy", faults_options.healthy,
+                   "also so many treatments without faults, to count false stops")
+      ->check(CLI::Range(0, 1000000))
+      ->type_name("n");
+  faults_app->footer(
+      footer("  photocoag faults\n"
+             "  photocoag faults --row M4\n"
+             "  photocoag faults --healthy 10000\n"
+             "  photocoag faults --without-supervisor"));
+  faults_app->callback([&] { exit_code = faults_command(faults_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

@@ -32,6 +32,10 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"run",
      {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "config"}},
     {"report", {"core"}},
+    // The injector shares the device interface with the supervisor, nothing else.
+    {"faults", {"device", "loop"}},
+    {"trials",
+     {"core", "rom", "fom", "mpc", "qp", "device", "safety", "loop", "faults", "config", "run"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {

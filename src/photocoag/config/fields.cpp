@@ -117,10 +117,9 @@ void add_safety(SafetySettings& s, std::vector<Field>& list) {
               "time with light in one treatment; then it is done"),
        number(key("thermal_dose_max"), s.thermal_dose_max, kOne, {0, 1e6},
               "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited"),
-       integer(key("overruns_in_a_row_max"), s.overruns_in_a_row_max, 0, 1000,
-               "missed periods in a row; one more stops"),
-       integer(key("overruns_per_hundred_max"), s.overruns_per_hundred_max, 0, 100,
-               "missed periods among 100; one more stops")});
+       word(key("real_time"), s.real_time, {"observe", "enforce"},
+            "enforce: refuse without SCHED_FIFO and locked memory, stop at 2 overruns in a row or "
+            "among 100;\nobserve: a simulated eye only, stop at 11 in a row or 21 among 100")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "photocoag/device/device.hpp"
+#include "photocoag/loop/innovation.hpp"
 #include "photocoag/loop/paced_eye.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/safety/supervisor.hpp"
@@ -64,15 +65,6 @@ class Unsupervised {
   SafetyStatus status() const noexcept { return {.state = SafetyState::kTreating}; }
   void finish() noexcept {}
 };
-
-/// The estimator's last innovation, K, and its standard deviation.
-struct Innovation {
-  double value = 0.0;
-  double sigma = 0.0;
-};
-inline Innovation innovation_of(const Controller& controller) noexcept {
-  return {controller.filter().innovation(), controller.filter().innovation_sigma()};
-}
 
 /// What the loop needs of a controller; `Controller` is one.
 template <typename C>

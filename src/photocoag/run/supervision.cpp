@@ -14,6 +14,7 @@ namespace photocoag {
 
 SafetyLimits safety_limits(const Config& config) {
   const ArrheniusParameters& damage = kPublishedDamage[0];
+  const bool enforce = config.safety.real_time == RealTimeMode::kEnforce;
   return {.period = config.control.period,
           .power_max = config.control.power_max,
           .power_rise_max = config.safety.power_rise_max,
@@ -28,8 +29,8 @@ SafetyLimits safety_limits(const Config& config) {
           .dose_max = config.safety.thermal_dose_max,
           .dose_log_frequency = damage.log_frequency,
           .dose_activation_energy = damage.activation_energy,
-          .overruns_in_a_row_max = config.safety.overruns_in_a_row_max,
-          .overruns_per_hundred = config.safety.overruns_per_hundred_max,
+          .overruns_in_a_row_max = enforce ? 1 : 10,
+          .overruns_per_hundred = enforce ? 1 : 20,
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }
 

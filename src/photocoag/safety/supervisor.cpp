@@ -130,7 +130,10 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   if (!memory_.overrun) check_readback(readback);
   const bool power_known =
       finite(readback.power) && readback.power >= 0.0 && readback.power <= 2.0 * limits_->power_max;
-  const double power = power_known ? readback.power : memory_.written;
+  // Where the two differ too much the larger one counts: the peak must not be underestimated.
+  const double power = !power_known              ? memory_.written
+                       : memory_.readback_off > 0 ? std::max(readback.power, memory_.written)
+                                                  : readback.power;
   account(power);
   const SafetyReason reason = judge(sample);
   memory_.fresh_sample = reason == SafetyReason::kNone;
@@ -159,7 +162,12 @@ void Supervisor::check_readback(const Readback& readback) noexcept {
     return;
   }
   const bool differs = !(off <= kReadbackRelative * wanted || off <= kReadbackFloor);
-  memory_.readback_off = differs ? memory_.readback_off + 1 : 0;
+  // Without light there is nothing to compare: 0 W neither counts nor clears.
+  if (differs) {
+    ++memory_.readback_off;
+  } else if (wanted > 0.0) {
+    memory_.readback_off = 0;
+  }
   if (differs) notice(SafetyReason::kPowerReadback);
   if (memory_.readback_off >= 2) stop(SafetyState::kSafeStop, SafetyReason::kPowerReadback, true);
 }
@@ -207,10 +215,10 @@ SafetyReason Supervisor::judge(const DeviceSample& sample) noexcept {
   SafetyReason reason = SafetyReason::kNone;
   const auto period_ns = static_cast<std::int64_t>(limits_->period * kNsPerSecond);
   const std::int64_t age = sample.now_ns - sample.time_ns;
+  ++memory_.expected;
   double outside = 0.0;
   if (sample.periods_behind > 0) {
     // An overrun of ours: counted there, the sample is not the device's fault.
-    memory_.sequence = std::max(memory_.sequence, sample.sequence);
     memory_.rejected.add(false);
     return SafetyReason::kOverrun;
   }
@@ -218,7 +226,7 @@ SafetyReason Supervisor::judge(const DeviceSample& sample) noexcept {
     reason = SafetyReason::kSampleMissing;
   } else if (sample.saturated) {
     reason = SafetyReason::kSampleSaturated;
-  } else if (sample.sequence <= memory_.sequence || age > period_ns * 3 / 2 ||
+  } else if (sample.sequence < memory_.expected || age > period_ns * 3 / 2 ||
              age < -period_ns / 10) {
     reason = SafetyReason::kSampleStale;
   } else {
@@ -229,9 +237,9 @@ SafetyReason Supervisor::judge(const DeviceSample& sample) noexcept {
   }
   // Stuck is judged on everything that looks like a sample.
   if (reason == SafetyReason::kNone || reason == SafetyReason::kSampleRejected) {
-    memory_.same_raw = sample.raw == memory_.raw && memory_.sequence > 0 ? memory_.same_raw + 1 : 1;
+    memory_.same_raw = sample.raw == memory_.raw ? memory_.same_raw + 1 : 1;
     memory_.raw = sample.raw;
-    memory_.sequence = sample.sequence;
+    memory_.expected = sample.sequence;
     if (memory_.same_raw >= kSameRawMax && limits_->check_quiet != 0) {
       stop(SafetyState::kSafeStop, SafetyReason::kSampleStuck);
       reason = SafetyReason::kSampleStuck;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "photocoag/device/device.hpp"
 #include "photocoag/safety/limits.hpp"
@@ -130,8 +131,8 @@ class Supervisor {
     bool overrun = false;        // a period without a write of ours has just passed
     double written = 0.0;        // W, last power authorized
     double peak_high = 0.0;      // K, at the last cycle
-    std::uint64_t sequence = 0;  // of the last sample taken
-    std::int64_t raw = 0;
+    std::uint64_t expected = 0;  // least sequence number of this cycle's sample
+    std::int64_t raw = std::numeric_limits<std::int64_t>::min();
     int same_raw = 0;
     int missing = 0;
     int saturated = 0;
