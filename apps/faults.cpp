@@ -26,13 +26,13 @@ int faults_command(const FaultsOptions& options) {
     fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
                row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
   }
-  fmt::print("slowest: cycles after the first bad datum in which there still was light; peak: K, "
-             "true, limit 32 K\n");
+  fmt::print(
+      "slowest: cycles after the first bad datum in which there still was light; peak: K, "
+      "true, limit 32 K\n");
   if (options.healthy > 0) {
-    const FalseStops stops =
-        count_false_stops(options.healthy, table.min_cells, [](double fraction) {
-          draw_progress("treating", fraction, "healthy eyes");
-        });
+    const FalseStops stops = count_false_stops(
+        options.healthy, table.min_cells,
+        [](double fraction) { draw_progress("treating", fraction, "healthy eyes"); });
     clear_progress();
     good = good && stops.stopped == 0;
     fmt::print("healthy: {} treatments, {} stopped{}, largest peak {:.2f} K\n", stops.treatments,

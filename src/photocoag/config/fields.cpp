@@ -118,8 +118,8 @@ void add_safety(SafetySettings& s, std::vector<Field>& list) {
        number(key("thermal_dose_max"), s.thermal_dose_max, kOne, {0, 1e6},
               "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited"),
        word(key("real_time"), s.real_time, {"observe", "enforce"},
-            "enforce: refuse without SCHED_FIFO and locked memory, stop at 2 overruns in a row or "
-            "among 100;\nobserve: a simulated eye only, stop at 11 in a row or 21 among 100")});
+            "enforce: refuse without SCHED_FIFO and locked memory, strict about overruns and held "
+            "powers; observe: a simulated eye only")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

@@ -137,7 +137,8 @@ class FaultyDevice {
         return see();
       }
       case Fault::kOld:
-        sample.time_ns = sample.now_ns - 2 * (sample.now_ns / static_cast<std::int64_t>(cycle_ + 1));
+        sample.time_ns =
+            sample.now_ns - 2 * (sample.now_ns / static_cast<std::int64_t>(cycle_ + 1));
         return see();
       case Fault::kFuture:
         sample.time_ns += 3'600'000'000'000;

@@ -24,6 +24,7 @@ SafetyLimits safety_limits(const Config& config) {
           .absorption_min = config.estimator.absorption_min,
           .absorption_max = config.estimator.absorption_max,
           .ambient_celsius = config.tissue.ambient_celsius,
+          .hold_excess = enforce ? 1.0 : 1e6,
           .energy_max = config.safety.energy_max,
           .exposure_max = config.safety.exposure_max,
           .dose_max = config.safety.thermal_dose_max,

@@ -97,6 +97,19 @@ void run(const Config& config, const ReducedModel& model, Controller& controller
 
 }  // namespace
 
+void require_real_time(const Config& config) {
+  if (config.safety.real_time != RealTimeMode::kEnforce) return;
+  RealTime granted;
+  std::thread([&granted] { granted = request_real_time(); }).join();
+  if (granted.fifo_priority && granted.locked_memory) return;
+  throw Error(ErrorParts{.where = "real time",
+                         .key = "safety.real_time",
+                         .problem = "this machine does not grant what \"enforce\" needs",
+                         .found = granted.describe(),
+                         .accepted = "SCHED_FIFO and locked memory (limits rtprio and memlock), or "
+                                     "\"observe\" with a simulated eye"});
+}
+
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
   const ReducedModel& model = models.reduced();

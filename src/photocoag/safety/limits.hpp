@@ -25,10 +25,11 @@ struct SafetyLimits {
   double absorption_min = 0.2;   ///< of the estimator
   double absorption_max = 2.0;
   double ambient_celsius = 22.0;
-  double energy_max = 6.0;                 ///< J
-  double exposure_max = 60.0;              ///< s with light
-  double dose_max = 0.0;                   ///< Arrhenius integral; 0: not limited
-  double dose_log_frequency = 0.0;         ///< ln(A / (1/s))
+  double hold_excess = 1.0;         ///< K above peak_max after one more period of the same power
+  double energy_max = 6.0;          ///< J
+  double exposure_max = 60.0;       ///< s with light
+  double dose_max = 0.0;            ///< Arrhenius integral; 0: not limited
+  double dose_log_frequency = 0.0;  ///< ln(A / (1/s))
   double dose_activation_energy = 0.0;     ///< J/mol
   double model_error = 0.01;               ///< relative, of the witness's volume temperature
   std::int64_t overruns_in_a_row_max = 1;  ///< one more stops

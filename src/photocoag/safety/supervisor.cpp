@@ -131,7 +131,7 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   const bool power_known =
       finite(readback.power) && readback.power >= 0.0 && readback.power <= 2.0 * limits_->power_max;
   // Where the two differ too much the larger one counts: the peak must not be underestimated.
-  const double power = !power_known              ? memory_.written
+  const double power = !power_known               ? memory_.written
                        : memory_.readback_off > 0 ? std::max(readback.power, memory_.written)
                                                   : readback.power;
   account(power);
@@ -348,6 +348,9 @@ Authorization Supervisor::choose(const ControllerReport& report) noexcept {
   lower_to(memory_.written + limits_->power_rise_max, SafetyReason::kSlew);
   if (!memory_.fresh_sample) lower_to(memory_.written, SafetyReason::kCoasting);
   lower_to(witness_.power_for_peak(limits_->peak_max), SafetyReason::kPeakCeiling);
+  // If the next write never comes, the device holds this power for one more period.
+  lower_to(witness_.held_power_for_peak(limits_->peak_max + limits_->hold_excess),
+           SafetyReason::kPeakCeiling);
   return {.power = power, .reason = reason};
 }
 

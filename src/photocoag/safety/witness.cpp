@@ -24,7 +24,10 @@ Witness::Witness(const WitnessModel& model, double noise, double model_error) no
       noise_variance_(std::max(noise, kLeastNoise) * std::max(noise, kLeastNoise)),
       model_error_(model_error) {
   for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
-    for (std::size_t i = 0; i < kWitnessModes; ++i) peak_gain_[j] += model_.peak[j][i];
+    for (std::size_t i = 0; i < kWitnessModes; ++i) {
+      peak_gain_[j] += model_.peak[j][i];
+      peak_gain_2_[j] += model_.peak[j][i] * (1.0 + model_.decay[i]);
+    }
   }
   doubt();
 }
@@ -37,11 +40,16 @@ void Witness::doubt() noexcept {
 void Witness::emit(double power) noexcept {
   for (std::size_t i = 0; i < kWitnessModes; ++i) lag_[i] = model_.decay[i] * lag_[i] + power;
   std::array<double, kWitnessModes> coasting{};
-  for (std::size_t i = 0; i < kWitnessModes; ++i) coasting[i] = model_.decay[i] * lag_[i];
+  std::array<double, kWitnessModes> coasting_2{};
+  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+    coasting[i] = model_.decay[i] * lag_[i];
+    coasting_2[i] = model_.decay[i] * coasting[i];
+  }
   for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
     volume_now_[j] = dot(model_.volume[j], lag_);
     peak_now_[j] = dot(model_.peak[j], lag_);
     peak_coasting_[j] = dot(model_.peak[j], coasting);
+    peak_coasting_2_[j] = dot(model_.peak[j], coasting_2);
   }
 }
 
@@ -98,6 +106,11 @@ double Witness::at_high(const PerAbsorption Witness::*values) const noexcept {
 double Witness::power_for_peak(double peak) const noexcept {
   const double room = peak - at_high(&Witness::peak_coasting_);
   return std::max(0.0, room / at_high(&Witness::peak_gain_));
+}
+
+double Witness::held_power_for_peak(double peak) const noexcept {
+  const double room = peak - at_high(&Witness::peak_coasting_2_);
+  return std::max(0.0, room / at_high(&Witness::peak_gain_2_));
 }
 
 double Witness::steady_power(double peak) const noexcept {

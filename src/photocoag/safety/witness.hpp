@@ -52,6 +52,8 @@ class Witness {
   /// Largest power, W, after one period of which no plausible absorption exceeds `peak`, K; at
   /// least 0.
   double power_for_peak(double peak) const noexcept;
+  /// The same after two periods of that power: what a device holds before its watchdog acts.
+  double held_power_for_peak(double peak) const noexcept;
   /// Power that holds `peak`, K, for ever at the largest plausible absorption.
   double steady_power(double peak) const noexcept;
 
@@ -67,8 +69,10 @@ class Witness {
   std::array<double, kWitnessModes> lag_{};
   PerAbsorption volume_now_{};
   PerAbsorption peak_now_{};
-  PerAbsorption peak_coasting_{};  // after one more period at 0 W
-  PerAbsorption peak_gain_{};      // of one period, K/W
+  PerAbsorption peak_coasting_{};    // after one more period at 0 W
+  PerAbsorption peak_coasting_2_{};  // after two
+  PerAbsorption peak_gain_{};        // of one period, K/W
+  PerAbsorption peak_gain_2_{};      // of two
   PerAbsorption misfit_{};
   std::size_t best_ = 0;
   std::size_t low_ = 0;

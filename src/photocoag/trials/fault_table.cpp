@@ -38,7 +38,8 @@ void add_measurement(std::vector<FaultCase>& table) {
   stop("M2", "3 samples missing", Fault::kMissing, 3, 2, {R::kSampleMissing});
   go_on("M3", "same sequence once", Fault::kSameSequence, 1, R::kSampleStale);
   go_on("M3", "same sequence twice", Fault::kSameSequence, 2, R::kSampleStale);
-  stop("M3", "same sequence for ever", Fault::kSameSequence, kForEver, 2, {R::kSampleStale, R::kSampleMissing});
+  stop("M3", "same sequence for ever", Fault::kSameSequence, kForEver, 2,
+       {R::kSampleStale, R::kSampleMissing});
   go_on("M3", "too old twice", Fault::kOld, 2, R::kSampleStale);
   stop("M3", "too old for ever", Fault::kOld, kForEver, 2, {R::kSampleStale, R::kSampleMissing});
   stop("M4", "code frozen", Fault::kStuck, kForEver, 4,
@@ -68,9 +69,11 @@ void add_measurement(std::vector<FaultCase>& table) {
   either("gain x1.2", Fault::kGain, 1.2);
   either("gain x0.8", Fault::kGain, 0.8);
   go_on("M9", "out of order once", Fault::kLateByOne, 1, R::kSampleStale);
-  stop("M9", "out of order for ever", Fault::kLateByOne, kForEver, 2, {R::kSampleStale, R::kSampleMissing});
+  stop("M9", "out of order for ever", Fault::kLateByOne, kForEver, 2,
+       {R::kSampleStale, R::kSampleMissing});
   go_on("M9", "from the future once", Fault::kFuture, 1, R::kSampleStale);
-  stop("M9", "from the future for ever", Fault::kFuture, kForEver, 2, {R::kSampleStale, R::kSampleMissing});
+  stop("M9", "from the future for ever", Fault::kFuture, kForEver, 2,
+       {R::kSampleStale, R::kSampleMissing});
 }
 
 void add_actuator(std::vector<FaultCase>& table) {

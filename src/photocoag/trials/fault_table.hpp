@@ -26,10 +26,10 @@ struct FaultCase {
   Injection injection;
   Demand demand = Demand::kStop;
   std::vector<SafetyReason> reasons;
-  int off_within = 0;         ///< cycles after the first bad datum, in which light may still be
-  double margin = 0.5;        ///< K above the limit that the true peak may reach
-  bool estimator_deaf = false; ///< no bad sample may enter the estimator
-  bool interlock = false;     ///< safe_off must be called as well
+  int off_within = 0;           ///< cycles after the first bad datum, in which light may still be
+  double margin = 0.5;          ///< K above the limit that the true peak may reach
+  bool estimator_deaf = false;  ///< no bad sample may enter the estimator
+  bool interlock = false;       ///< safe_off must be called as well
 };
 
 /// All rows that run in virtual time.

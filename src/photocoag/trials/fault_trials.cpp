@@ -191,8 +191,7 @@ Bench make_bench(ModelStore& models, const Config& config) {
   FaultCase nominal;
   nominal.injection.start = kNominalCycles - kAfter;
   for (const CycleRecord& record : run_one(bench, nominal, Unsupervised{}).records) {
-    if (record.decision.limit_active ||
-        record.truth.peak >= 0.95 * config.control.peak_reference) {
+    if (record.decision.limit_active || record.truth.peak >= 0.95 * config.control.peak_reference) {
       bench.at_limit = static_cast<std::uint64_t>(record.cycle);
       break;
     }
@@ -206,9 +205,8 @@ std::vector<FaultRow> run_fault_table(const FaultOptions& options,
                                       const std::function<void(double)>& progress) {
   std::vector<FaultRow> rows;
   const std::vector<FaultCase> table = fault_table();
-  const Config base =
-      load_config("", {"safety.real_time=enforce",
-                       fmt::format("grid.min_cells={}", options.min_cells)});
+  const Config base = load_config(
+      "", {"safety.real_time=enforce", fmt::format("grid.min_cells={}", options.min_cells)});
   ModelStore models(base, true);
   std::vector<Bench> benches;
   for (const double alpha : options.absorptions) {
@@ -222,7 +220,8 @@ std::vector<FaultRow> run_fault_table(const FaultOptions& options,
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (progress) progress(static_cast<double>(i) / static_cast<double>(table.size()));
     if (!options.only.empty() && table[i].id != options.only) continue;
-    if (rows.empty() || rows.back().id != table[i].id) rows.push_back({.id = table[i].id, .first_failure = {}});
+    if (rows.empty() || rows.back().id != table[i].id)
+      rows.push_back({.id = table[i].id, .first_failure = {}});
     FaultRow& row = rows.back();
     for (const Bench& bench : benches) {
       std::vector<std::uint64_t> moments = {0, 1, 5, bench.at_limit, kSteady};
@@ -244,10 +243,9 @@ std::vector<FaultRow> run_fault_table(const FaultOptions& options,
           row.slowest = std::max(row.slowest, result.reaction);
         }
         if (!result.passed && row.first_failure.empty()) {
-          row.first_failure =
-              fmt::format("{}, alpha {}, N {}, cycle {}: {} (peak {:.2f} K, {} cycles)", test.what,
-                          result.absorption, result.horizon, moment, result.why, result.peak,
-                          result.reaction);
+          row.first_failure = fmt::format(
+              "{}, alpha {}, N {}, cycle {}: {} (peak {:.2f} K, {} cycles)", test.what,
+              result.absorption, result.horizon, moment, result.why, result.peak, result.reaction);
         }
       }
     }
@@ -258,8 +256,8 @@ std::vector<FaultRow> run_fault_table(const FaultOptions& options,
 FalseStops count_false_stops(int treatments, std::size_t min_cells,
                              const std::function<void(double)>& progress) {
   FalseStops count;
-  Config config = load_config(
-      "", {"safety.real_time=enforce", fmt::format("grid.min_cells={}", min_cells)});
+  Config config =
+      load_config("", {"safety.real_time=enforce", fmt::format("grid.min_cells={}", min_cells)});
   ModelStore models(config, true);
   Bench bench = make_bench(models, config);
   FaultCase healthy;

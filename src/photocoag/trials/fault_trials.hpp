@@ -16,7 +16,7 @@ struct TrialResult {
   int horizon = 0;
   std::uint64_t moment = 0;
   bool passed = false;
-  bool detected = false;    ///< the supervisor noticed, for one of the reasons demanded
+  bool detected = false;  ///< the supervisor noticed, for one of the reasons demanded
   bool stopped = false;
   bool false_stop = false;  ///< stopped where it had to go on
   int reaction = 0;         ///< cycles after the first bad datum with light; 0: off in that cycle
@@ -30,8 +30,8 @@ struct FaultRow {
   int runs = 0;
   int passed = 0;
   int detected = 0;
-  int slowest = 0;     ///< cycles, of those that had to stop
-  double peak = 0.0;   ///< K
+  int slowest = 0;    ///< cycles, of those that had to stop
+  double peak = 0.0;  ///< K
   int false_stops = 0;
   std::string first_failure;
 };
@@ -44,8 +44,8 @@ struct FaultOptions {
   std::string only;  ///< one id; empty: all
 };
 
-/// Runs all cases at cycles 0, 1, 5, when the limit is first approached, and at steady state. Throws
-/// Error on set-up. `progress`: fraction done.
+/// Runs all cases at cycles 0, 1, 5, when the limit is first approached, and at steady state.
+/// Throws Error on set-up. `progress`: fraction done.
 std::vector<FaultRow> run_fault_table(const FaultOptions& options,
                                       const std::function<void(double)>& progress = {});
 
