@@ -59,6 +59,11 @@ struct FaultsOptions {
   int healthy = 0;                  ///< treatments without faults, to count false stops
 };
 
+struct ReplayOptions {
+  std::string run;  ///< run folder
+  bool no_cache = false;
+};
+
 struct BenchOptions {
   std::string name;
   std::string json;
@@ -76,5 +81,6 @@ int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
+int replay_command(const ReplayOptions& options);
 
 }  // namespace photocoag

@@ -245,6 +245,17 @@ int run_command(int argc, char** argv) {
              "  photocoag faults --without-supervisor"));
   faults_app->callback([&] { exit_code = faults_command(faults_options); });
 
+  ReplayOptions replay_options;
+  CLI::App* replay_app = app.add_subcommand(
+      "replay", "feed a recorded run to the controller again and compare every power");
+  replay_app->add_option("RUN", replay_options.run, "run folder")->required()->type_name("DIR");
+  replay_app->add_flag("--no-cache", replay_options.no_cache, "make the reduced model anew");
+  replay_app->footer(
+      footer("  photocoag simulate --out runs/first\n"
+             "  photocoag replay runs/first\n"
+             "Same build, same machine: the same bits."));
+  replay_app->callback([&] { exit_code = replay_command(replay_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app
