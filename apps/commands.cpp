@@ -127,6 +127,7 @@ int run(const RunOptions& options, Pacing pacing) {
   const fs::path folder =
       options.out.empty() ? new_run_folder(config.run.seed) : fs::path(options.out);
   check_run_folder(folder);
+  if (pacing == Pacing::kClock) require_real_time(config);
 
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
@@ -145,6 +146,11 @@ int run(const RunOptions& options, Pacing pacing) {
     const TissueMargin margin = tissue_margin(config, model);
     controlled = backed_off(config, margin);
     print_margin(margin, controlled);
+  }
+  if (!config.safety.supervised) {
+    fmt::print(stderr, "WARNING   no supervisor (safety.supervisor = off)\n");
+  } else if (pacing == Pacing::kClock && config.safety.real_time == RealTimeMode::kObserve) {
+    fmt::print(stderr, "observe   real time is not enforced: for a simulated eye only\n");
   }
 
   // From here on the run has a place, whatever happens later.

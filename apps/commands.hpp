@@ -66,6 +66,17 @@ struct EstimationOptions : CommonOptions {
   std::string csv;  ///< file; - is standard output; may be empty
 };
 
+struct FaultsOptions {
+  std::string row;                  ///< one id; empty: all
+  bool without_supervisor = false;  ///< to see that every row needs it
+  int healthy = 0;                  ///< treatments without faults, to count false stops
+};
+
+struct ReplayOptions {
+  std::string run;  ///< run folder
+  bool no_cache = false;
+};
+
 struct BenchOptions {
   std::string name;          ///< cycle, qp, first-cycle
   std::string json;          ///< file; - is standard output
@@ -88,5 +99,7 @@ int discretizations(const DiscretizationsOptions& options);
 int spots_command(const SpotsOptions& options);
 int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
+int faults_command(const FaultsOptions& options);
+int replay_command(const ReplayOptions& options);
 
 }  // namespace photocoag

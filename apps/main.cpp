@@ -245,6 +245,36 @@ int run_command(int argc, char** argv) {
              "Eyes have the tissue of [plant]; their absorption factors are drawn."));
   estimation_app->callback([&] { exit_code = estimation(estimation_options); });
 
+  FaultsOptions faults_options;
+  CLI::App* faults_app = app.add_subcommand(
+      "faults", "inject every fault of docs/safety.md and show how the supervisor reacts");
+  faults_app->add_option("--row", faults_options.row, "one row, e.g. M4; default: all")
+      ->type_name("ID");
+  faults_app->add_flag("--without-supervisor", faults_options.without_supervisor,
+                       "take the supervisor out: every row must fail");
+  faults_app
+      ->add_option("--healthy", faults_options.healthy,
+                   "also so many treatments without faults, to count false stops")
+      ->check(CLI::Range(0, 1000000))
+      ->type_name("n");
+  faults_app->footer(
+      footer("  photocoag faults\n"
+             "  photocoag faults --row M4\n"
+             "  photocoag faults --healthy 10000\n"
+             "  photocoag faults --without-supervisor"));
+  faults_app->callback([&] { exit_code = faults_command(faults_options); });
+
+  ReplayOptions replay_options;
+  CLI::App* replay_app = app.add_subcommand(
+      "replay", "feed a recorded run to the controller again and compare every power");
+  replay_app->add_option("RUN", replay_options.run, "run folder")->required()->type_name("DIR");
+  replay_app->add_flag("--no-cache", replay_options.no_cache, "make the reduced model anew");
+  replay_app->footer(
+      footer("  photocoag simulate --out runs/first\n"
+             "  photocoag replay runs/first\n"
+             "Same build, same machine: the same bits."));
+  replay_app->callback([&] { exit_code = replay_command(replay_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

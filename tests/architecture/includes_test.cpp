@@ -24,15 +24,24 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"qp", {"core"}},
     {"mpc", {"core", "rom", "qp"}},
     {"osqp", {"core", "rom", "qp", "mpc"}},
-    {"loop", {"core", "rom", "estimation", "mpc", "qp"}},
-    {"rt", {"core", "loop"}},
-    {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc"}},
-    {"run", {"core", "tissue", "fom", "mor", "rom", "loop", "rt", "config", "osqp"}},
-    {"report", {"core"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
     {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report"}},
     {"campaign",
      {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
+    {"device", {}},
+    // The supervisor shares nothing with what it supervises.
+    {"safety", {"device", "tissue"}},
+    {"loop", {"core", "rom", "estimation", "mpc", "qp", "device", "safety"}},
+    {"rt", {"core", "loop", "device", "safety"}},
+    {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc", "safety"}},
+    {"run",
+     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "config",
+       "osqp"}},
+    {"report", {"core"}},
+    // The injector shares the device interface with the supervisor, nothing else.
+    {"faults", {"device", "loop"}},
+    {"trials",
+     {"core", "rom", "fom", "mpc", "qp", "device", "safety", "loop", "faults", "config", "run"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
@@ -60,6 +69,18 @@ TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
     EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
 }
 
+TEST(Includes, TheSupervisorSharesNothingWithWhatItSupervises) {
+  // Not even through a detour.
+  std::set<std::string> reached = kAllowed.at("safety");
+  for (std::size_t round = 0; round < kAllowed.size(); ++round) {
+    const std::set<std::string> before = reached;
+    for (const std::string& folder : before) reached.merge(std::set(kAllowed.at(folder)));
+  }
+  for (const std::string other : {"estimation", "mpc", "qp", "rom", "loop"}) {
+    EXPECT_FALSE(reached.contains(other)) << other;
+  }
+}
+
 TEST(Includes, TheTableHasNoCycle) {
   // Remove folders whose includes are all removed; what remains is a cycle.
   std::set<std::string> done;
@@ -75,7 +96,7 @@ TEST(Includes, TheTableHasNoCycle) {
 
 TEST(Includes, OnlineKnowsNoOfflineFolder) {
   for (const std::string online :
-       {"core", "tissue", "rom", "estimation", "qp", "mpc", "loop", "rt"}) {
+       {"core", "tissue", "rom", "estimation", "qp", "mpc", "device", "safety", "loop", "rt"}) {
     for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp"}) {
       EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
     }

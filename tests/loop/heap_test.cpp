@@ -17,6 +17,7 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock_pace.hpp"
+#include "safety/supervisors.hpp"
 #include "support/heap_guard.hpp"
 
 namespace photocoag::testing {
@@ -155,8 +156,10 @@ HeapUse use_of_loop(C& pace) {
   SimulatedEye<FullOrderPlant> eye(full_plant(), 0.288, 1);
   std::vector<CycleRecord> records(20);
   std::atomic<std::size_t> progress{0};
-  const HeapUse use =
-      use_of([&] { run_loop(controller, eye, pace, 1e-3, std::span(records), progress); });
+  PacedEye device(eye, pace, 1e-3);
+  Supervisor supervisor = treating_supervisor(model_1khz());
+  const HeapUse use = use_of(
+      [&] { run_loop(controller, device, supervisor, 1e-3, std::span(records), progress); });
   EXPECT_EQ(progress.load(), 20u);
   return use;
 }

@@ -100,6 +100,10 @@ std::size_t Config::cycles() const noexcept {
 void Config::validate() const {
   control.validate();
   estimator.validate();
+  require_positive(safety.power_rise_max, 1.0, "safety.power_rise_max_W");
+  require_positive(safety.energy_max * 1e3, 60000.0, "safety.energy_max_mJ");
+  require_positive(safety.exposure_max * 1e3, 60000.0, "safety.exposure_max_ms");
+  require_between(safety.thermal_dose_max, 0.0, 1e6, "safety.thermal_dose_max");
   model.reduction.validate();
   grid.validate();
   require_between(uncertainty.spot_radius, 0.0, 0.5, "uncertainty.spot_radius_relative");

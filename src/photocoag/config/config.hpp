@@ -12,6 +12,7 @@
 #include "photocoag/fom/grid_settings.hpp"
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/mpc/settings.hpp"
+#include "photocoag/safety/settings.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
@@ -65,6 +66,7 @@ struct RunSettings {
 struct Config {
   ControlSettings control;
   EstimatorSettings estimator;
+  SafetySettings safety;
   ModelSettings model;
   GridSettings grid;
   Tissue tissue;

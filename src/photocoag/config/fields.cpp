@@ -133,6 +133,25 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
               "gate doubles with each; 0: never, else from 3")});
 }
 
+void add_safety(SafetySettings& s, std::vector<Field>& list) {
+  const auto key = [](std::string_view name) { return fmt::format("safety.{}", name); };
+  list.insert(
+      list.end(),
+      {word(key("supervisor"), s.supervised, {"off", "on"},
+            "on: checks samples and commands, lowers or refuses powers, stops; off: the paper"),
+       number(key("power_rise_max_W"), s.power_rise_max, kWatt, {0, 1, true},
+              "largest rise of the power from one period to the next"),
+       number(key("energy_max_mJ"), s.energy_max, {"mJ", -3}, {0, 60000, true},
+              "emitted in one treatment; then it is done"),
+       number(key("exposure_max_ms"), s.exposure_max, kMilliseconds, {0, 60000, true},
+              "time with light in one treatment; then it is done"),
+       number(key("thermal_dose_max"), s.thermal_dose_max, kOne, {0, 1e6},
+              "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited"),
+       word(key("real_time"), s.real_time, {"observe", "enforce"},
+            "enforce: refuse without SCHED_FIFO and locked memory, strict about overruns and held "
+            "powers; observe: a simulated eye only")});
+}
+
 void add_model(ModelSettings& s, std::vector<Field>& list) {
   list.insert(
       list.end(),
@@ -246,6 +265,7 @@ const std::vector<Section>& sections() {
   static const std::vector<Section> list = {
       {"control", "the paper's optimal control problem"},
       {"estimator", "alpha and temperatures from the measured volume temperature"},
+      {"safety", "the supervisor between controller and laser; docs/safety.md"},
       {"model", "what the controller believes: a reduced model"},
       {"grid", "the full-order model, of the eye and behind the reduced model"},
       {"tissue", "what the model is built from; temperatures are rises over ambient"},
@@ -262,6 +282,7 @@ std::vector<Field> fields(Config& config) {
   std::vector<Field> list;
   add_control(config.control, list);
   add_estimator(config.estimator, list);
+  add_safety(config.safety, list);
   add_model(config.model, list);
   list.push_back(integer("grid.min_cells", config.grid.min_cells, 1000, 5'000'000,
                          "the grid has at least so many cells; the paper: more than 80000"));

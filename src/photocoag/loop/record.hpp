@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/safety/supervisor.hpp"
 
 namespace photocoag {
 
@@ -17,7 +18,10 @@ struct CycleRecord {
   Outputs truth;          ///< K
   double measured = 0.0;  ///< K; NaN: no sample
   Estimate estimate;
-  Decision decision;
+  Decision decision;                            ///< what the controller wanted
+  SampleVerdict sample;                         ///< the supervisor's, of this cycle's sample
+  Authorization authorization;                  ///< what it let through for this cycle
+  SafetyState safety = SafetyState::kTreating;  ///< at the end of the cycle
   bool overrun = false;  ///< the controller missed this period: the laser ran on its own
 };
 

@@ -1,32 +1,22 @@
-// Role: online; the closed loop of Algorithm 1 around a simulated eye, in virtual or in real time.
-// Used by run. Source: paper, Algorithm 1. Real time: no allocation, lock or I/O; the records'
-// memory is there before.
+// Role: online; the closed loop of Algorithm 1 on any device, under a supervisor. Used by run,
+// trials, rt. Source: paper, Algorithm 1; order of a cycle: docs/safety.md. Real time: no
+// allocation, lock or I/O of its own; the records' memory is there before.
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
 
+#include "photocoag/device/device.hpp"
+#include "photocoag/loop/innovation.hpp"
+#include "photocoag/loop/paced_eye.hpp"
 #include "photocoag/loop/record.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/safety/supervisor.hpp"
 
 namespace photocoag {
-
-/// What the wait for the end of a period brought.
-struct Tick {
-  std::size_t missed = 0;  ///< whole further periods that had passed by the time the loop woke up
-  bool stop = false;       ///< somebody asked for the end: 0 W now
-};
-
-/// Waits for the end of cycle k = 0, 1, …; done() is told when the cycle's work is over.
-template <typename P>
-concept Pace = requires(P pace, std::size_t cycle) {
-  { pace.wait_for_end_of(cycle) }
-  noexcept->std::same_as<Tick>;
-  { pace.done(cycle) }
-  noexcept;
-};
 
 /// Virtual time: as fast as it can. Looks at the stop flag once a cycle.
 class VirtualPace {
@@ -44,54 +34,145 @@ class VirtualPace {
 struct LoopOutcome {
   std::size_t cycles = 0;    ///< records written
   std::size_t overruns = 0;  ///< periods that the controller missed
-  bool stopped = false;      ///< ended by a stop request, 0 W in the last record
+  bool stopped = false;      ///< ended by a stop request or by the supervisor
+  SafetyStatus safety;       ///< at the end
 };
 
-/// Runs until `records` is full or, after a stop request, one period at 0 W has passed. `progress`
-/// counts finished cycles. A late wake-up skips the missed periods (the grid of deadlines never
-/// moves); in these the laser holds its power for one period, then its watchdog puts 0 W, and the
-/// controller gets no sample.
-template <PredictiveController M, Plant P, Pace C>
-LoopOutcome run_loop(BasicController<M>& controller, SimulatedEye<P>& eye, C& pace, double period,
+/// What the loop asks each cycle: may the sample be used, what may be written.
+template <typename S>
+concept Supervision = requires(S supervisor, DeviceSample sample, Readback readback,
+                               DeviceStatus status, ControllerReport report) {
+  { supervisor.check(sample, readback, status) }
+  noexcept->std::same_as<SampleVerdict>;
+  { supervisor.authorize(report) }
+  noexcept->std::same_as<Authorization>;
+  { supervisor.status() }
+  noexcept->std::convertible_to<SafetyStatus>;
+  { supervisor.finish() }
+  noexcept;
+};
+
+/// No supervisor: samples and commands pass as they are. For the paper's own closed loop, and to
+/// show that the fault table needs the supervisor.
+class Unsupervised {
+ public:
+  SampleVerdict check(const DeviceSample& sample, const Readback& readback, DeviceStatus) noexcept {
+    return {.usable = sample.periods_behind == 0, .power = readback.power};
+  }
+  Authorization authorize(const ControllerReport& report) noexcept {
+    return {.power = report.command};
+  }
+  SafetyStatus status() const noexcept { return {.state = SafetyState::kTreating}; }
+  void finish() noexcept {}
+};
+
+/// What the loop needs of a controller; `Controller` is one.
+template <typename C>
+concept Controlling = requires(C controller, const C& constant, Sample sample) {
+  { controller.observe(sample) }
+  noexcept->std::same_as<Estimate>;
+  { controller.decide() }
+  noexcept->std::same_as<Decision>;
+  { controller.estimate() }
+  noexcept->std::same_as<Estimate>;
+  { innovation_of(constant) }
+  noexcept->std::same_as<Innovation>;
+};
+
+/// The controller's answers as the plain numbers that the supervisor judges.
+inline ControllerReport report_of(const Estimate& estimate, const Decision& decision,
+                                  const Innovation& innovation) noexcept {
+  return {.command = decision.power,
+          .solve = decision.status == MpcStatus::kSolved    ? SolveOutcome::kSolved
+                   : decision.status == MpcStatus::kRelaxed ? SolveOutcome::kInfeasible
+                                                            : SolveOutcome::kFailed,
+          .restarted = estimate.status == UpdateStatus::kRestarted,
+          .updated = estimate.status == UpdateStatus::kUpdated,
+          .peak = estimate.outputs.peak,
+          .absorption = estimate.absorption_factor,
+          .innovation = innovation.value,
+          .innovation_sigma = innovation.sigma};
+}
+
+/// Read, check, estimate, solve, gate, write, log; until `records` is full, or after a stop. A stop
+/// request ends with one period at 0 W; when the supervisor stops, the loop goes on recording 50 ms
+/// at 0 W (evidence), as far as there are records. `progress` counts finished cycles. In periods
+/// that the loop missed nothing is written: the device holds its power for one, then its watchdog
+/// puts 0 W, and the controller gets no sample.
+template <Controlling C, Device D, Supervision S>
+LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
                      std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
+  constexpr double kEvidence = 0.05;  // s
   LoopOutcome outcome;
   if (records.empty()) return outcome;  // nothing would ever switch the laser off again
-  Decision decision = controller.decide();
-  eye.write(decision.power);
-  while (outcome.cycles < records.size()) {
-    const Tick tick = pace.wait_for_end_of(outcome.cycles);
-    for (std::size_t m = 0; m <= tick.missed && outcome.cycles < records.size(); ++m) {
-      const std::size_t cycle = outcome.cycles++;
-      Reading reading = eye.advance(cycle);
-      // Of several periods that have passed only the last one's sample is still fresh.
-      if (m < tick.missed) reading.sample.volume_temperature = Sample{}.volume_temperature;
-      const bool overrun = m > 0;
-      outcome.overruns += overrun ? 1 : 0;
-      records[cycle] = {.cycle = static_cast<std::int64_t>(cycle),
-                        .time = static_cast<double>(cycle + 1) * period,
-                        .power = reading.sample.applied_power,
-                        .truth = reading.truth,
-                        .measured = reading.sample.volume_temperature,
-                        .estimate = controller.observe(reading.sample),
-                        .decision = decision,
-                        .overrun = overrun};
-    }
+  std::uint64_t token = 0;
+  Decision decision;
+  Authorization allowed;
+  DeviceStatus written = DeviceStatus::kGood;
+  const auto write = [&](double power) {
+    written = device.write_power(power, ++token);
+    if (allowed.open_interlock || written != DeviceStatus::kGood) device.safe_off();
+  };
+  const auto decide = [&](const Estimate& estimate) {
+    decision = controller.decide();
+    allowed = supervisor.authorize(report_of(estimate, decision, innovation_of(controller)));
+    write(allowed.power);
+  };
+  decide(controller.estimate());
+  std::size_t end = records.size();
+  bool last_period = false;
+  bool overrun = false;
+  bool stop_asked = false;
+  while (outcome.cycles < end) {
+    const std::size_t cycle = outcome.cycles;
+    const DeviceSample sample = device.wait_sample(cycle);
+    stop_asked = stop_asked || sample.stop_asked;
+    const SampleVerdict verdict = supervisor.check(sample, device.readback(), written);
+    const Estimate estimate = controller.observe(
+        {.volume_temperature =
+             verdict.usable ? sample.volume_temperature : std::numeric_limits<double>::quiet_NaN(),
+         .applied_power = verdict.power});
+    CycleRecord& record = records[outcome.cycles++];
+    record = {.cycle = static_cast<std::int64_t>(cycle),
+              .time = static_cast<double>(cycle + 1) * period,
+              .power = verdict.power,
+              .truth = {},
+              .measured = sample.volume_temperature,
+              .estimate = estimate,
+              .decision = decision,
+              .sample = verdict,
+              .authorization = allowed,
+              .safety = supervisor.status().state,
+              .overrun = overrun};
+    if constexpr (requires { device.truth(); }) record.truth = device.truth();
+    outcome.overruns += overrun ? 1 : 0;
+    overrun = sample.periods_behind > 0;
+    if (overrun && outcome.cycles < end) continue;  // that period is gone already
     progress.store(outcome.cycles, std::memory_order_relaxed);
-    if (outcome.stopped) {
-      pace.done(outcome.cycles - 1);
-      return outcome;
+    if (last_period) {
+      device.heartbeat(cycle);
+      break;
     }
     // With the records full the treatment is over by itself.
-    outcome.stopped = tick.stop && outcome.cycles < records.size();
-    if (outcome.stopped || outcome.cycles == records.size()) {
-      decision = {.status =
-                      MpcStatus::kStopped};  // 0 W, and one more period to see it in the record
+    last_period = stop_asked && outcome.cycles < end;
+    if (last_period || outcome.cycles == end) {
+      outcome.stopped = outcome.stopped || last_period;
+      supervisor.finish();
+      decision = {.status = MpcStatus::kStopped};  // 0 W, and one more period to see it recorded
+      allowed.power = 0.0;
+      write(0.0);
     } else {
-      decision = controller.decide();
+      decide(estimate);
+      if (!outcome.stopped && supervisor.status().state != SafetyState::kTreating) {
+        outcome.stopped = true;
+        const auto evidence = static_cast<std::size_t>(std::ceil(kEvidence / period));
+        end = outcome.cycles + std::min(end - outcome.cycles, evidence);
+      }
     }
-    eye.write(decision.power);
-    pace.done(outcome.cycles - 1);
+    device.heartbeat(cycle);
   }
+  progress.store(outcome.cycles, std::memory_order_relaxed);
+  outcome.safety = supervisor.status();
   return outcome;
 }
 

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kHeader =
     "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
     "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,solver_status,"
-    "solver_iterations,peak_sigma_K,limit_active,overrun\n";
+    "solver_iterations,peak_sigma_K,limit_active,overrun,safety_state,safety_reason,sample_"
+    "verdict\n";
 
 // Median, 99 %, worst and first of durations in ns, in us.
 Json percentiles_us(std::vector<std::int64_t> ns) {
@@ -73,7 +74,14 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     numbers.absorption_error_final =
         treatment.records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
   }
-  if (treatment.outcome.stopped) numbers.stopped_for = "interrupted by the user";
+  const SafetyStatus& safety = treatment.outcome.safety;
+  const bool by_supervisor = safety.reason != SafetyReason::kNone;
+  if (treatment.outcome.stopped) {
+    numbers.stopped_for =
+        by_supervisor
+            ? fmt::format("supervisor: {} ({})", to_string(safety.reason), to_string(safety.state))
+            : "interrupted by the user";
+  }
   return numbers;
 }
 
@@ -82,12 +90,13 @@ std::string run_csv(const Treatment& treatment) {
   auto out = std::back_inserter(text);
   for (const CycleRecord& r : treatment.records) {
     const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle, r.time,
-                   r.power, r.truth.volume, measured, r.estimate.outputs.volume, r.truth.peak,
-                   r.estimate.outputs.peak, r.estimate.absorption_factor,
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle,
+                   r.time, r.power, r.truth.volume, measured, r.estimate.outputs.volume,
+                   r.truth.peak, r.estimate.outputs.peak, r.estimate.absorption_factor,
                    r.estimate.absorption_sigma, r.decision.power_reference,
                    to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
-                   r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0);
+                   r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),
+                   to_string(r.authorization.reason), to_string(r.sample.reason));
   }
   return text;
 }
@@ -149,6 +158,13 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
   for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
     summary["thermal_dose"][std::string(kPublishedDamage[i].name)] = numbers.thermal_dose[i];
   }
+  summary["safety"] = {{"supervised", config.safety.supervised},
+                       {"state", to_string(treatment.outcome.safety.state)},
+                       {"reason", to_string(treatment.outcome.safety.reason)},
+                       {"detections", treatment.outcome.safety.detections},
+                       {"energy_mJ", treatment.outcome.safety.energy * 1e3},
+                       {"exposure_ms", treatment.outcome.safety.exposure * 1e3},
+                       {"thermal_dose_upper", treatment.outcome.safety.dose}};
   if (!treatment.scheduling.empty()) {
     summary["scheduling"] = treatment.scheduling;
     summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},

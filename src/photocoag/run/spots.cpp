@@ -9,6 +9,7 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/paced_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 
 namespace photocoag {
@@ -47,7 +48,9 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
   std::atomic<std::size_t> cycles{0};
   VirtualPace pace(stop);
   std::vector<CycleRecord> records(config.cycles());
-  run_loop(controller, eye, pace, config.control.period, records, cycles);
+  PacedEye device(eye, pace, config.control.period);
+  Unsupervised none;
+  run_loop(controller, device, none, config.control.period, std::span(records), cycles);
 
   const double reference = config.control.peak_reference;
   SpotOutcome outcome{.alpha = alpha, .time_to_95_percent = config.run.duration};

@@ -11,6 +11,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/paced_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 
 namespace photocoag {
@@ -72,7 +73,9 @@ double highest_peak(const Config& config, const ReducedModel& model,
   std::atomic<std::size_t> progress{0};
   VirtualPace pace(stop);
   std::vector<CycleRecord> records(config.cycles());
-  run_loop(controller, eye, pace, config.control.period, records, progress);
+  PacedEye device(eye, pace, config.control.period);
+  Unsupervised none;
+  run_loop(controller, device, none, config.control.period, std::span(records), progress);
   double highest = 0.0;
   for (const CycleRecord& record : records) {
     // Before the first sample the deviation is that of alpha's initial value, not of this eye.

@@ -1,5 +1,8 @@
 #include "photocoag/run/treatment.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -11,28 +14,56 @@
 #endif
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
+#include "photocoag/run/supervision.hpp"
 
 namespace photocoag {
 namespace {
 
-template <PredictiveController M, Plant P>
-void run(const Config& config, BasicController<M>& controller, P plant, Pacing pacing,
-         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress, Treatment& treatment) {
-  SimulatedEye<P> eye(
-      std::move(plant), config.plant.noise, config.run.seed,
-      {.delay = config.control.delay,
-       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
+// Samples of the cold eye at 0 W and a trip of its watchdog, on a copy of the eye: the treatment
+// starts from cold tissue whatever the test did.
+template <Plant P>
+SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
+  constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
+  constexpr std::uint64_t kSamples = 64;
+  std::vector<double> baseline;
+  double power_at_zero = 0.0;
+  for (std::uint64_t k = 0; k < kSamples; ++k) {
+    eye.write(0.0);
+    const Sample sample = eye.advance(kNever + k).sample;
+    baseline.push_back(sample.volume_temperature);
+    power_at_zero = std::max(power_at_zero, sample.applied_power);
+  }
+  SelfTestReport report = self_test_of(baseline);
+  report.power_at_zero = power_at_zero;
+  eye.write(1e-3);
+  double power = 0.0;
+  for (int k = 0; k < 3 + delay; ++k) power = eye.advance(kNever).sample.applied_power;
+  report.watchdog_tripped = power == 0.0;
+  report.model_matches = true;  // ModelStore has refused any other
+  report.solver_exact = solver_is_exact();
+  report.log_has_room = true;  // the records' memory is there
+  return report;
+}
+
+template <Controlling C, Plant P, Supervision S>
+void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye, Pacing pacing,
+               const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
+               Treatment& treatment) {
   const double period = config.control.period;
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
     VirtualPace pace(stop);
-    treatment.outcome = run_loop(controller, eye, pace, period, treatment.records, progress);
+    PacedEye device(eye, pace, period);
+    treatment.outcome =
+        run_loop(controller, device, supervisor, period, treatment.records, progress);
   } else {
     ClockPace pace(period, treatment.records.size(), stop);
+    PacedEye device(eye, pace, period);
     std::thread loop([&] {
       treatment.scheduling = request_real_time().describe();
       pace.start();
-      treatment.outcome = run_loop(controller, eye, pace, period, treatment.records, progress);
+      treatment.outcome =
+          run_loop(controller, device, supervisor, period, treatment.records, progress);
     });
     loop.join();
     treatment.timing = pace.timing();
@@ -41,6 +72,52 @@ void run(const Config& config, BasicController<M>& controller, P plant, Pacing p
   treatment.wall_seconds = wall.count();
   treatment.records.resize(treatment.outcome.cycles);
 }
+
+template <Controlling C, Plant P>
+void run(const Config& config, const ReducedModel& model, C& controller, P plant, Pacing pacing,
+         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
+         Treatment& treatment) {
+  EyeTiming timing{.delay = config.control.delay};
+  const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed, timing);
+  timing.dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing;
+  SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed, timing);
+  if (!config.safety.supervised) {
+    Unsupervised none;
+    return run_under(none, config, controller, eye, pacing, stop, progress, treatment);
+  }
+  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
+                                                             config.estimator.absorption_max));
+  supervisor.power_on();
+  const SelfTestReport report = self_test(cold, config.control.delay);
+  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
+    throw Error(ErrorParts{
+        .where = "self-test",
+        .problem = "the device is not ready",
+        .found = fmt::format("mean {:.3f} K, standard deviation {:.3f} K of {} samples at 0 W; "
+                             "{:g} W read back; watchdog {}",
+                             report.mean, report.sigma, report.samples, report.power_at_zero,
+                             report.watchdog_tripped ? "good" : "does not trip"),
+        .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", config.plant.noise)});
+  }
+  run_under(supervisor, config, controller, eye, pacing, stop, progress, treatment);
+}
+
+}  // namespace
+
+void require_real_time(const Config& config) {
+  if (config.safety.real_time != RealTimeMode::kEnforce) return;
+  RealTime granted;
+  std::thread([&granted] { granted = request_real_time(); }).join();
+  if (granted.fifo_priority && granted.locked_memory) return;
+  throw Error(ErrorParts{.where = "real time",
+                         .key = "safety.real_time",
+                         .problem = "this machine does not grant what \"enforce\" needs",
+                         .found = granted.describe(),
+                         .accepted = "SCHED_FIFO and locked memory (limits rtprio and memlock), or "
+                                     "\"observe\" with a simulated eye"});
+}
+
+namespace {
 
 template <PredictiveController M>
 Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
@@ -58,14 +135,15 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
   if (config.plant.model == PlantModel::kFull) {
     const auto full = models.plant_full();
     treatment.full_order_states = full->states();
-    run(config, controller,
+    run(config, model, controller,
         FullOrderPlant(full, config.plant.discretization, config.control.period,
                        config.plant.absorption_factor),
         pacing, stop, progress, treatment);
   } else {
     treatment.full_order_states = model.full_order_states;
-    run(config, controller, ReducedPlant(models.plant_reduced(), config.plant.absorption_factor),
-        pacing, stop, progress, treatment);
+    run(config, model, controller,
+        ReducedPlant(models.plant_reduced(), config.plant.absorption_factor), pacing, stop,
+        progress, treatment);
   }
   return treatment;
 }

@@ -25,6 +25,10 @@ struct Treatment {
   std::size_t full_order_states = 0;
 };
 
+/// With safety.real_time = "enforce": throws Error unless this machine grants SCHED_FIFO and locked
+/// memory to a new thread.
+void require_real_time(const Config& config);
+
 /// Builds plant and controller and runs the loop. In virtual time on the calling thread; paced by
 /// the clock on a thread of its own. `progress` counts cycles and may be read by another thread.
 /// Throws Error before the loop only.

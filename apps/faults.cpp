@@ -1,0 +1,45 @@
+// `photocoag faults`: the fault table, row by row.
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/trials/fault_trials.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+
+int faults_command(const FaultsOptions& options) {
+  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  FaultOptions table{.supervised = !options.without_supervisor, .only = options.row};
+  const std::vector<FaultRow> rows = run_fault_table(
+      table, [](double fraction) { draw_progress("injecting", fraction, "faults"); });
+  clear_progress();
+  if (rows.empty()) {
+    fmt::print(stderr, "photocoag: no row {}\n", options.row);
+    return 2;
+  }
+  fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8} {:>12}  {}\n", "id", "runs", "passed", "detected",
+             "slowest", "peak", "false stops", "first failure");
+  bool good = true;
+  for (const FaultRow& row : rows) {
+    good = good && row.passed == row.runs;
+    fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
+               row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
+  }
+  fmt::print(
+      "slowest: cycles after the first bad datum in which there still was light; peak: K, "
+      "true, limit 32 K\n");
+  if (options.healthy > 0) {
+    const FalseStops stops = count_false_stops(
+        options.healthy, table.min_cells,
+        [](double fraction) { draw_progress("treating", fraction, "healthy eyes"); });
+    clear_progress();
+    good = good && stops.stopped == 0;
+    fmt::print("healthy: {} treatments, {} stopped{}, largest peak {:.2f} K\n", stops.treatments,
+               stops.stopped, stops.first_reason.empty() ? "" : " (" + stops.first_reason + ")",
+               stops.peak);
+  }
+  return good ? 0 : 1;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,129 @@
+// Role: tests of safety; a controller whose answers are spoiled. Used by trials. Knows nothing of
+// the supervisor. Real time: noexcept, no allocation after construction.
+#pragma once
+
+#include "photocoag/faults/faulty_device.hpp"
+#include "photocoag/faults/injection.hpp"
+#include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/innovation.hpp"
+#include "photocoag/loop/paced_eye.hpp"
+
+namespace photocoag {
+
+class FaultyController {
+ public:
+  FaultyController(const Controller& controller, const Injection& injection, Diary& diary)
+      : controller_(controller), fresh_(controller), injection_(injection), diary_(diary) {}
+
+  Estimate observe(const Sample& sample) noexcept {
+    ++cycle_;
+    estimate_ = controller_.observe(sample);
+    if (!active()) return estimate_;
+    switch (injection_.fault) {
+      case Fault::kRestart:
+        controller_ = fresh_;
+        estimate_ = controller_.estimate(UpdateStatus::kRestarted);
+        see();
+        break;
+      case Fault::kAbsorption:
+        estimate_.absorption_factor = injection_.value;
+        see();
+        break;
+      case Fault::kPeakEstimate:
+        estimate_.outputs.peak = injection_.value;
+        see();
+        break;
+      case Fault::kInnovation:
+        see();
+        break;
+      default:
+        break;
+    }
+    return estimate_;
+  }
+
+  Decision decide() noexcept {
+    Decision decision = controller_.decide();
+    if (!active()) return decision;
+    switch (injection_.fault) {
+      case Fault::kInfeasible:
+        decision.status = MpcStatus::kRelaxed;
+        decision.power = injection_.value;
+        see();
+        break;
+      case Fault::kSolverFails:
+        decision.status = MpcStatus::kFailed;
+        decision.power = injection_.value;
+        see();
+        break;
+      case Fault::kCommand:
+        decision.power = injection_.value;
+        see();
+        break;
+      case Fault::kAbsorption:
+      case Fault::kPeakEstimate:
+        decision.power = full_power_;
+        break;
+      case Fault::kStuckOn:
+        decision.power = 0.0;
+        break;
+      default:
+        break;
+    }
+    return decision;
+  }
+
+  Estimate estimate() const noexcept { return controller_.estimate(); }
+  const Controller& inside() const noexcept { return controller_; }
+
+  friend Innovation innovation_of(const FaultyController& faulty) noexcept {
+    Innovation innovation = innovation_of(faulty.controller_);
+    if (faulty.active() && faulty.injection_.fault == Fault::kInnovation) {
+      innovation.value *= faulty.injection_.value;
+    }
+    return innovation;
+  }
+
+ private:
+  bool active() const noexcept {
+    return cycle_ >= 0 && injection_.active(static_cast<std::uint64_t>(cycle_));
+  }
+  void see() noexcept {
+    if (diary_.visible == Diary::kNever) diary_.visible = cycle_;
+  }
+
+  Controller controller_;
+  Controller fresh_;
+  Injection injection_;
+  Diary& diary_;
+  Estimate estimate_;
+  double full_power_ = 0.1;  // W
+  std::int64_t cycle_ = -1;
+};
+
+/// A clock in virtual time that wakes the loop late where the injection says so.
+class LatePace {
+ public:
+  LatePace(const Injection& injection, Diary& diary) : injection_(injection), diary_(diary) {}
+  Tick wait_for_end_of(std::size_t cycle) noexcept {
+    const bool first = cycle == injection_.start;
+    const bool second = cycle == injection_.start + injection_.every;
+    if (injection_.fault == Fault::kOverrun && first) {
+      // Nothing can be seen before the loop wakes: at the last of the missed periods.
+      diary_.visible = static_cast<std::int64_t>(cycle + injection_.count);
+      return {.missed = static_cast<std::size_t>(injection_.count), .stop = false};
+    }
+    if (injection_.fault == Fault::kTwoOverruns && (first || second)) {
+      diary_.visible = static_cast<std::int64_t>(cycle + 1);
+      return {.missed = 1, .stop = false};
+    }
+    return {};
+  }
+  void done(std::size_t) noexcept {}
+
+ private:
+  Injection injection_;
+  Diary& diary_;
+};
+
+}  // namespace photocoag

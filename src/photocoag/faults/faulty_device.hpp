@@ -1,0 +1,187 @@
+// Role: tests of safety; a device with a fault, and a diary of what it really emitted. Used by
+// trials. Knows nothing of the supervisor: shares only the device interface with it.
+// Real time: noexcept, no allocation after construction.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "photocoag/device/device.hpp"
+#include "photocoag/faults/injection.hpp"
+
+namespace photocoag {
+
+/// What an observer beside the laser writes down.
+struct Diary {
+  static constexpr std::int64_t kNever = -1;
+  std::int64_t visible = kNever;         ///< first cycle whose data or answer was bad
+  std::int64_t interlock_call = kNever;  ///< cycle in which safe_off was called first
+  std::vector<double> emitted;           ///< W, per cycle
+  /// Periods with light after the cycle of the first bad datum; 0: off at the write of that cycle.
+  int light_after_visible() const noexcept {
+    const auto first = static_cast<std::size_t>(visible + 1);
+    int periods = 0;
+    for (std::size_t k = first; k < emitted.size(); ++k) periods += emitted[k] > 0.0 ? 1 : 0;
+    return periods;
+  }
+};
+
+/// Between loop and device: a 16-bit converter from -50 to 300 K, and the fault.
+template <Device D>
+class FaultyDevice {
+ public:
+  FaultyDevice(D& device, const Injection& injection, Diary& diary, std::size_t cycles)
+      : device_(device), injection_(injection), diary_(diary) {
+    diary_.emitted.reserve(cycles);
+  }
+
+  DeviceSample wait_sample(std::uint64_t cycle) noexcept {
+    cycle_ = cycle;
+    DeviceSample sample = device_.wait_sample(cycle);
+    if (diary_.emitted.size() < diary_.emitted.capacity()) {
+      diary_.emitted.push_back(device_.readback().power);
+    }
+    convert(sample);
+    const DeviceSample honest = sample;
+    if (injection_.active(cycle)) spoil(sample);
+    const bool repeats = injection_.fault == Fault::kSameSequence && injection_.active(cycle);
+    if (!repeats) previous_ = honest;
+    return sample;
+  }
+
+  Readback readback() noexcept {
+    Readback readback = device_.readback();
+    switch (active() ? injection_.fault : Fault::kNone) {
+      case Fault::kReadback:
+        readback.power *= injection_.value;
+        see();
+        break;
+      case Fault::kShutter:
+        readback.shutter_open = false;
+        see();
+        break;
+      case Fault::kInterlock:
+        readback.interlock_closed = false;
+        see();
+        break;
+      case Fault::kFootSwitch:
+        readback.foot_switch = false;
+        see();
+        break;
+      case Fault::kGone:
+        readback.power = std::numeric_limits<double>::quiet_NaN();
+        break;
+      default:
+        break;
+    }
+    if (stuck_ && readback.power > 0.0) see();
+    return readback;
+  }
+
+  DeviceStatus write_power(double power, std::uint64_t token) noexcept {
+    if (active() && injection_.fault == Fault::kWriteFails) {
+      see();
+      return DeviceStatus::kTimeout;
+    }
+    if (active() && injection_.fault == Fault::kGone) return DeviceStatus::kGone;
+    stuck_ = active() && injection_.fault == Fault::kStuckOn && power == 0.0;
+    return device_.write_power(stuck_ ? injection_.value : power, token);
+  }
+
+  void heartbeat(std::uint64_t cycle) noexcept { device_.heartbeat(cycle); }
+
+  void safe_off() noexcept {
+    if (diary_.interlock_call == Diary::kNever) {
+      diary_.interlock_call = static_cast<std::int64_t>(cycle_);
+    }
+    if (active() && injection_.fault == Fault::kGone) return;
+    device_.safe_off();
+  }
+
+  auto truth() const noexcept { return device_.truth(); }
+
+ private:
+  static constexpr double kStep = 350.0 / 65536.0;  // K
+  bool active() const noexcept { return injection_.active(cycle_); }
+  void see() noexcept {
+    if (diary_.visible == Diary::kNever) diary_.visible = static_cast<std::int64_t>(cycle_);
+  }
+  static void convert(DeviceSample& sample) noexcept {
+    if (!std::isfinite(sample.volume_temperature)) return;
+    const double inside = std::clamp(sample.volume_temperature, -50.0, 300.0);
+    sample.raw = std::lround(inside / kStep);
+    sample.volume_temperature = static_cast<double>(sample.raw) * kStep;
+  }
+
+  void spoil(DeviceSample& sample) noexcept {
+    double& value = sample.volume_temperature;
+    const auto as_value = [&](double replacement) {
+      value = replacement;
+      see();
+    };
+    switch (injection_.fault) {
+      case Fault::kMissing:
+        sample.status = DeviceStatus::kTimeout;
+        return as_value(std::numeric_limits<double>::quiet_NaN());
+      case Fault::kGone:
+        sample.status = DeviceStatus::kGone;
+        return as_value(std::numeric_limits<double>::quiet_NaN());
+      case Fault::kSameSequence:
+      case Fault::kLateByOne: {
+        const std::int64_t now = sample.now_ns;
+        sample = previous_;
+        sample.now_ns = now;
+        return see();
+      }
+      case Fault::kOld:
+        sample.time_ns =
+            sample.now_ns - 2 * (sample.now_ns / static_cast<std::int64_t>(cycle_ + 1));
+        return see();
+      case Fault::kFuture:
+        sample.time_ns += 3'600'000'000'000;
+        return see();
+      case Fault::kStuck:
+        if (diary_.visible == Diary::kNever) frozen_ = sample;
+        sample.raw = frozen_.raw;
+        return as_value(frozen_.volume_temperature);
+      case Fault::kNotANumber:
+        return as_value(std::numeric_limits<double>::quiet_NaN());
+      case Fault::kInfinite:
+        return as_value(std::numeric_limits<double>::infinity());
+      case Fault::kNegativeZero:
+        return as_value(-0.0);
+      case Fault::kDenormal:
+        return as_value(std::numeric_limits<double>::denorm_min());
+      case Fault::kRail:
+        sample.saturated = true;
+        return as_value(300.0);
+      case Fault::kSpike:
+      case Fault::kBias:
+        as_value(value + injection_.value);
+        return convert(sample);
+      case Fault::kNoise: {
+        const double truth = device_.truth().volume;
+        as_value(truth + injection_.value * (value - truth));
+        return convert(sample);
+      }
+      case Fault::kGain:
+        as_value(value * injection_.value);
+        return convert(sample);
+      default:
+        return;
+    }
+  }
+
+  D& device_;
+  Injection injection_;
+  Diary& diary_;
+  std::uint64_t cycle_ = 0;
+  DeviceSample previous_;
+  DeviceSample frozen_;
+  bool stuck_ = false;
+};
+
+}  // namespace photocoag

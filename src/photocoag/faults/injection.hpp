@@ -1,0 +1,60 @@
+// Role: tests of safety; which fault comes when. Used by faults, trials. Source: docs/safety.md,
+// fault table. Knows nothing of the supervisor.
+#pragma once
+
+#include <cstdint>
+
+namespace photocoag {
+
+enum class Fault : std::uint8_t {
+  kNone,
+  kMissing,       ///< no sample
+  kSameSequence,  ///< the previous sample again
+  kOld,           ///< two periods old
+  kFuture,        ///< a time stamp one hour ahead
+  kLateByOne,     ///< each sample comes one period late
+  kStuck,         ///< the converter's code freezes
+  kNotANumber,
+  kInfinite,
+  kNegativeZero,
+  kDenormal,
+  kRail,        ///< converter at its rail
+  kSpike,       ///< value is added, K, in every `every`-th cycle
+  kNoise,       ///< noise times value
+  kBias,        ///< value is added, K
+  kGain,        ///< times value
+  kReadback,    ///< power readback times value
+  kStuckOn,     ///< 0 W commanded; the laser emits value, W, all the same
+  kWriteFails,  ///< writes are lost and time out
+  kGone,        ///< the device is gone: no sample, writes lost, safe_off lost
+  kShutter,
+  kInterlock,
+  kFootSwitch,
+  kInfeasible,    ///< status infeasible, yet a power (value, W)
+  kSolverFails,   ///< status failed, yet a power (value, W)
+  kCommand,       ///< status solved, the command is value
+  kRestart,       ///< the estimator starts anew, cold
+  kAbsorption,    ///< the estimate of alpha is value; the command full power
+  kInnovation,    ///< innovations times value
+  kPeakEstimate,  ///< the estimated peak is value, K
+  kOverrun,       ///< the wake-up comes `count` periods late
+  kTwoOverruns,   ///< two single ones, `every` cycles apart
+  kHook,          ///< the trial does something itself, e.g. flips a bit
+};
+
+struct Injection {
+  Fault fault = Fault::kNone;
+  std::uint64_t start = 0;  ///< cycle of the first bad datum
+  std::uint64_t count = 1;  ///< cycles
+  double value = 0.0;
+  std::uint64_t every = 1;
+
+  bool active(std::uint64_t cycle) const noexcept {
+    return fault != Fault::kNone && cycle >= start && cycle < start + count &&
+           (cycle - start) % every == 0;
+  }
+};
+
+inline constexpr std::uint64_t kForEver = std::uint64_t{1} << 40;
+
+}  // namespace photocoag

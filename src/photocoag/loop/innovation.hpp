@@ -1,0 +1,19 @@
+// Role: online; the estimator's innovation, for whoever judges it. Used by loop, faults.
+#pragma once
+
+#include "photocoag/loop/controller.hpp"
+
+namespace photocoag {
+
+/// The estimator's last innovation, K, and its standard deviation.
+struct Innovation {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+template <PredictiveController M>
+Innovation innovation_of(const BasicController<M>& controller) noexcept {
+  return {controller.filter().innovation(), controller.filter().innovation_sigma()};
+}
+
+}  // namespace photocoag

@@ -1,0 +1,41 @@
+// Role: online; a vendor's driver (device/driver.h) as a Device. Used by run, tests.
+// Source: docs/devices.md. Real time: the calls of the loop are noexcept and add no allocation;
+// the constructor allocates and throws. Threads: one owner.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "photocoag/device/device.hpp"
+#include "photocoag/device/driver.h"
+
+namespace photocoag {
+
+/// Loads the library, checks its table, opens and arms the device; at 0 W until the first write.
+class DriverDevice {
+ public:
+  /// Throws Error naming the library and what is wrong with it.
+  DriverDevice(const std::string& library, const std::string& settings, double period);
+  ~DriverDevice();
+  DriverDevice(const DriverDevice&) = delete;
+  DriverDevice& operator=(const DriverDevice&) = delete;
+
+  std::string name() const { return table_->name; }
+  bool simulated() const noexcept { return table_->simulated == 1; }
+
+  /// At most one and a half periods. Every answer that is no known status counts as gone.
+  DeviceSample wait_sample(std::uint64_t cycle) noexcept;
+  Readback readback() noexcept;
+  DeviceStatus write_power(double power, std::uint64_t token) noexcept;
+  void heartbeat(std::uint64_t cycle) noexcept;
+  void safe_off() noexcept;
+
+ private:
+  void* library_ = nullptr;
+  const photocoag_driver_table* table_ = nullptr;
+  void* device_ = nullptr;
+  std::int64_t period_ns_;
+};
+static_assert(Device<DriverDevice>);
+
+}  // namespace photocoag

@@ -1,0 +1,150 @@
+#include "photocoag/run/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <sstream>
+#include <string_view>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/supervision.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (std::size_t at = 0; at <= line.size();) {
+    const std::size_t comma = std::min(line.find(',', at), line.size());
+    cells.push_back(line.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return cells;
+}
+
+/// Column numbers by name, and the cells of the current line.
+class Table {
+ public:
+  Table(std::string file, std::string_view header) : file_(std::move(file)) {
+    for (const std::string_view name : cells_of(header)) names_.emplace_back(name);
+  }
+  void line(std::string_view text) {
+    ++line_;
+    cells_ = cells_of(text);
+    if (cells_.size() != names_.size()) {
+      fail("", fmt::format("{} cells", cells_.size()), fmt::format("{} cells", names_.size()));
+    }
+  }
+  std::string_view text(std::string_view column) const {
+    const auto name = std::find(names_.begin(), names_.end(), column);
+    if (name == names_.end()) fail(column, "no such column", "a run.csv of this version");
+    return cells_[static_cast<std::size_t>(name - names_.begin())];
+  }
+  double number(std::string_view column) const {
+    const std::string_view cell = text(column);
+    if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+    if (error != std::errc() || end != cell.data() + cell.size()) {
+      fail(column, std::string(cell), "a number");
+    }
+    return value;
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view key, std::string found, std::string accepted) const {
+    throw Error(ErrorParts{.where = fmt::format("{}:{}", file_, line_),
+                           .key = std::string(key),
+                           .found = std::move(found),
+                           .accepted = std::move(accepted)});
+  }
+  std::string file_;
+  std::size_t line_ = 1;
+  std::vector<std::string> names_;
+  std::vector<std::string_view> cells_;
+};
+
+template <Supervision S>
+ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& model,
+                      std::span<const ReplayCycle> cycles) {
+  Controller controller(model, config.control, config.estimator);
+  ReplayDevice device(cycles);
+  std::vector<CycleRecord> records(cycles.size());
+  std::atomic<std::size_t> progress{0};
+  run_loop(controller, device, supervisor, config.control.period, std::span(records), progress);
+  return {.compared = device.compared(),
+          .differs_at = std::min(device.differs_at(), device.compared())};
+}
+
+}  // namespace
+
+std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period) {
+  const std::string content = read_file(csv_file, kLargestRun, "run.csv");
+  std::istringstream lines(content);
+  std::string line;
+  std::getline(lines, line);
+  Table table(csv_file, line);
+  const auto period_ns = static_cast<std::int64_t>(period * 1e9 + 0.5);
+  std::vector<ReplayCycle> cycles;
+  std::vector<bool> overrun;
+  bool stopped = false;
+  while (std::getline(lines, line)) {
+    table.line(line);
+    ReplayCycle cycle;
+    cycle.written = cycle.readback.power = table.number("power_W");
+    const auto end = static_cast<std::int64_t>(cycles.size() + 1);
+    cycle.sample.status = DeviceStatus::kGood;
+    cycle.sample.volume_temperature = table.number("volume_measured_K");
+    cycle.sample.raw = std::bit_cast<std::int64_t>(cycle.sample.volume_temperature);
+    cycle.sample.sequence = static_cast<std::uint64_t>(end);
+    cycle.sample.time_ns = cycle.sample.now_ns = end * period_ns;
+    overrun.push_back(table.number("overrun") != 0.0);
+    stopped = table.text("solver_status") == "stopped";
+    cycles.push_back(cycle);
+  }
+  // A row marked overrun lay behind when the one before it was fetched.
+  for (std::size_t k = cycles.size(); k-- > 1;) {
+    if (overrun[k]) {
+      cycles[k - 1].sample.periods_behind = cycles[k].sample.periods_behind + 1;
+      cycles[k - 1].sample.now_ns = cycles[k].sample.now_ns;
+    }
+  }
+  if (stopped && cycles.size() > 1) cycles[cycles.size() - 2].sample.stop_asked = true;
+  return cycles;
+}
+
+ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
+  const Config config = load_config((folder / "config.toml").string(), {});
+  const std::vector<ReplayCycle> cycles =
+      read_replay((folder / "run.csv").string(), config.control.period);
+  ModelStore models(config, use_cache);
+  const ReducedModel& model = models.reduced();
+  if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
+  Supervisor supervisor(safety_limits(config),
+                        witness_model(model, config.estimator.absorption_min,
+                                      config.estimator.absorption_max));
+  supervisor.power_on();
+  // The run has passed its self-test already.
+  supervisor.finish_self_test({.samples = 64,
+                               .sigma = config.plant.noise,
+                               .watchdog_tripped = true,
+                               .model_matches = true,
+                               .solver_exact = true,
+                               .log_has_room = true});
+  supervisor.ready();
+  supervisor.begin(true);
+  return compare(supervisor, config, model, cycles);
+}
+
+}  // namespace photocoag

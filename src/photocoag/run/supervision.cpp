@@ -1,0 +1,103 @@
+#include "photocoag/run/supervision.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/qp/dense.hpp"
+#include "photocoag/tissue/thermal_dose.hpp"
+
+namespace photocoag {
+
+SafetyLimits safety_limits(const Config& config) {
+  const ArrheniusParameters& damage = kPublishedDamage[0];
+  const bool enforce = config.safety.real_time == RealTimeMode::kEnforce;
+  return {.period = config.control.period,
+          .power_max = config.control.power_max,
+          .power_rise_max = config.safety.power_rise_max,
+          .peak_max = config.control.peak_max,
+          .peak_reference = config.control.peak_reference,
+          .noise = config.plant.noise,
+          .absorption_min = config.estimator.absorption_min,
+          .absorption_max = config.estimator.absorption_max,
+          .ambient_celsius = config.tissue.ambient_celsius,
+          .hold_excess = enforce ? 1.0 : 1e6,
+          .energy_max = config.safety.energy_max,
+          .exposure_max = config.safety.exposure_max,
+          .dose_max = config.safety.thermal_dose_max,
+          .dose_log_frequency = damage.log_frequency,
+          .dose_activation_energy = damage.activation_energy,
+          .overruns_in_a_row_max = enforce ? 1 : 10,
+          .overruns_per_hundred = enforce ? 1 : 20,
+          .command_delay = config.control.delay,
+          .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
+}
+
+WitnessModel witness_model(const ReducedModel& model, double absorption_min,
+                           double absorption_max) {
+  const Eigen::Index n = model.order();
+  const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
+  const double imaginary = eigen.eigenvalues().imag().cwiseAbs().maxCoeff();
+  if (eigen.info() != Eigen::Success || imaginary > 1e-9 || n > Eigen::Index{kWitnessModes}) {
+    throw Error(ErrorParts{.key = "model.method",
+                           .problem = "the supervisor needs a model whose modes decay without "
+                                      "oscillating",
+                           .accepted = "another method or order, or safety.supervisor = \"off\""});
+  }
+  // A_d = R diag(decay) R^-1: mode i gets (R^-1 B)_i u and is seen as (C R)_i.
+  const Eigen::MatrixXd right = eigen.eigenvectors().real();
+  const Eigen::PartialPivLU<Eigen::MatrixXd> left(right);
+  WitnessModel witness;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    witness.decay[static_cast<std::size_t>(i)] = eigen.eigenvalues()[i].real();
+  }
+  ParametricMatrices at;
+  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
+    const double fraction = static_cast<double>(j) / static_cast<double>(kWitnessAbsorptions - 1);
+    const double alpha = absorption_min * std::pow(absorption_max / absorption_min, fraction);
+    model.evaluate(alpha, at);
+    const Eigen::VectorXd input = left.solve(Eigen::VectorXd(at.input));
+    const Eigen::VectorXd volume = right.transpose() * Eigen::VectorXd(at.volume);
+    const Eigen::VectorXd peak = right.transpose() * Eigen::VectorXd(model.C_peak);
+    witness.absorption[j] = alpha;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      witness.volume[j][k] = volume[i] * input[i];
+      witness.peak[j][k] = peak[i] * input[i];
+      witness.steady_peak[j] += witness.peak[j][k] / (1.0 - witness.decay[k]);
+    }
+  }
+  return witness;
+}
+
+SelfTestReport self_test_of(const std::vector<double>& baseline) {
+  const auto count = static_cast<double>(std::max<std::size_t>(baseline.size(), 1));
+  SelfTestReport report{.samples = static_cast<int>(baseline.size())};
+  report.mean = std::accumulate(baseline.begin(), baseline.end(), 0.0) / count;
+  for (const double value : baseline) {
+    report.sigma += (value - report.mean) * (value - report.mean) / count;
+  }
+  report.sigma = std::sqrt(report.sigma);
+  return report;
+}
+
+bool solver_is_exact() {
+  // min (u0 - 2)^2 + (u1 - 1)^2 with u <= 1.5 and u0 + u1 <= 2: u = (1.5, 0.5).
+  QpProblem problem;
+  problem.resize(2, 1);
+  problem.hessian << 2.0, 0.0, 0.0, 2.0;
+  problem.gradient << -4.0, -2.0;
+  problem.lower.setZero();
+  problem.upper.setConstant(1.5);
+  problem.rows << 1.0, 1.0;
+  problem.limit << 2.0;
+  QpSolution solution;
+  DenseSolver solver;
+  return solver.solve(problem, solution) == QpStatus::kSolved &&
+         std::abs(solution.power[0] - 1.5) < 1e-9 && std::abs(solution.power[1] - 0.5) < 1e-9;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,28 @@
+// Role: setup; the supervisor's limits and its witness from configuration and model. Used by run,
+// trials, tests. Units: SI.
+#pragma once
+
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+#include "photocoag/safety/supervisor.hpp"
+
+namespace photocoag {
+
+/// What [safety], [control], [estimator] and [tissue] say. The calibrated noise is that of the
+/// simulated eye (plant.noise_K).
+SafetyLimits safety_limits(const Config& config);
+
+/// The model's discrete-time modes, at absorptions spread evenly in logarithm between the
+/// estimator's bounds. The eigenvalues of A_d must be real (they are for heat) and at most
+/// kWitnessModes. Throws Error otherwise. Allocates.
+WitnessModel witness_model(const ReducedModel& model, double absorption_min, double absorption_max);
+
+/// Runs the self-test on `baseline` (samples of the cold eye at 0 W) and what else was found.
+SelfTestReport self_test_of(const std::vector<double>& baseline);
+
+/// Solves a small quadratic program with a known answer; true if it comes out to 1e-9.
+bool solver_is_exact();
+
+}  // namespace photocoag

@@ -1,0 +1,71 @@
+// Role: setup and online; the supervisor's limits, and a copy of them that notices a flipped bit.
+// Used by safety. Source: docs/safety.md. Units: SI; temperatures are rises over ambient.
+// Real time: intact() is noexcept, no allocation.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+namespace photocoag {
+
+/// Everything the supervisor compares with. Plain data, no padding that is not set (all members
+/// have eight bytes).
+struct SafetyLimits {
+  double period = 1e-3;          ///< s
+  double power_max = 0.1;        ///< W
+  double power_rise_max = 0.1;   ///< W, largest rise from one period to the next
+  double peak_max = 32.0;        ///< K
+  double peak_reference = 30.0;  ///< K, what the fallback power would hold
+  double noise = 0.288;          ///< K, calibrated standard deviation of a sample
+  double absorption_min = 0.2;   ///< of the estimator
+  double absorption_max = 2.0;
+  double ambient_celsius = 22.0;
+  double hold_excess = 1.0;         ///< K above peak_max after one more period of the same power
+  double energy_max = 6.0;          ///< J
+  double exposure_max = 60.0;       ///< s with light
+  double dose_max = 0.0;            ///< Arrhenius integral; 0: not limited
+  double dose_log_frequency = 0.0;  ///< ln(A / (1/s))
+  double dose_activation_energy = 0.0;     ///< J/mol
+  double model_error = 0.01;               ///< relative, of the witness's volume temperature
+  std::int64_t overruns_in_a_row_max = 1;  ///< one more stops
+  std::int64_t overruns_per_hundred = 1;   ///< one more stops
+  std::int64_t command_delay = 0;          ///< periods until a written power is emitted, 0 or 1
+  std::int64_t check_quiet = 1;            ///< 0: a noise-free simulated eye, nothing is too quiet
+  bool operator==(const SafetyLimits&) const = default;
+};
+static_assert(std::is_trivially_copyable_v<SafetyLimits>);
+static_assert(sizeof(SafetyLimits) % sizeof(std::uint64_t) == 0);
+
+/// The limits with their bitwise complement beside them.
+class GuardedLimits {
+ public:
+  explicit GuardedLimits(const SafetyLimits& limits) noexcept : limits_(limits) {
+    const Words words = std::bit_cast<Words>(limits_);
+    for (std::size_t i = 0; i < words.size(); ++i) complement_[i] = ~words[i];
+  }
+  const SafetyLimits& operator*() const noexcept { return limits_; }
+  const SafetyLimits* operator->() const noexcept { return &limits_; }
+  /// False after any change of a bit in either copy.
+  bool intact() const noexcept {
+    const Words words = std::bit_cast<Words>(limits_);
+    bool same = true;
+    for (std::size_t i = 0; i < words.size(); ++i) same = same && words[i] == ~complement_[i];
+    return same;
+  }
+  /// The memory of the limits, for tests that flip bits in it.
+  std::span<std::byte> memory() noexcept {
+    return std::as_writable_bytes(std::span<SafetyLimits, 1>(&limits_, 1));
+  }
+
+ private:
+  using Words = std::array<std::uint64_t, sizeof(SafetyLimits) / sizeof(std::uint64_t)>;
+  SafetyLimits limits_;
+  Words complement_{};
+};
+
+}  // namespace photocoag

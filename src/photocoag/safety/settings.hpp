@@ -1,0 +1,23 @@
+// Role: setup; what a user may choose of the supervisor. Used by the configuration.
+// Source: docs/safety.md. Units: SI.
+#pragma once
+
+namespace photocoag {
+
+enum class RealTimeMode {
+  kObserve,  ///< takes what scheduling it gets; for simulated devices only
+  kEnforce,  ///< refuses to treat without SCHED_FIFO and locked memory
+};
+
+struct SafetySettings {
+  bool supervised = true;       ///< false: nothing but the controller's own gate (the paper)
+  double power_rise_max = 0.1;  ///< W, largest rise from one period to the next; above 0, at most 1
+  double energy_max = 6.0;      ///< J, emitted in one treatment; above 0, at most 60
+  double exposure_max = 60.0;   ///< s, with light; above 0, at most 60
+  double thermal_dose_max =
+      0.0;  ///< Arrhenius integral (schlott_2012), 0: not limited; at most 1e6
+  RealTimeMode real_time = RealTimeMode::kObserve;
+  bool operator==(const SafetySettings&) const = default;
+};
+
+}  // namespace photocoag

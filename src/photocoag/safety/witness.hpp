@@ -1,0 +1,85 @@
+// Role: online; a second opinion on temperature and absorption that shares neither code nor state
+// with the estimator. Used by the supervisor. Source: docs/safety.md, "The witness". Units: SI.
+// Real time: noexcept, bounded (modes x absorptions), allocation-free. Threads: one owner.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace photocoag {
+
+inline constexpr std::size_t kWitnessModes = 14;
+inline constexpr std::size_t kWitnessAbsorptions = 48;
+
+/// Tissue at a grid of absorption factors, as sums of first-order lags that the emitted power alone
+/// drives: s_i <- decay_i s_i + u, temperature = sum_i weight_i(alpha) s_i.
+struct WitnessModel {
+  using Weights = std::array<double, kWitnessModes>;
+  std::array<double, kWitnessModes> decay{};              ///< per period; 0 where not used
+  std::array<double, kWitnessAbsorptions> absorption{};   ///< ascending
+  std::array<Weights, kWitnessAbsorptions> volume{};      ///< K/W per lag
+  std::array<Weights, kWitnessAbsorptions> peak{};        ///< K/W per lag
+  std::array<double, kWitnessAbsorptions> steady_peak{};  ///< K/W
+};
+
+/// How a sample compares with what the emitted power can have caused.
+struct WitnessResidual {
+  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions
+  double fit = 0.0;      ///< standard deviations from the best absorption
+};
+
+/// The emitted power since the cold start fixes the temperature for every alpha. Each alpha is
+/// judged by its misfit J <- 0.95 J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2;
+/// plausible are those with J <= J_min + 12.
+class Witness {
+ public:
+  Witness(const WitnessModel& model, double noise, double model_error) noexcept;
+
+  /// One period with `power`, W.
+  void emit(double power) noexcept;
+  /// Compares, changes nothing.
+  WitnessResidual compare(double volume_temperature) const noexcept;
+  /// Learns from a sample that was found usable.
+  void learn(double volume_temperature) noexcept;
+
+  /// Largest plausible absorption factor; before the first sample the largest of the model.
+  double absorption_high() const noexcept { return high_alpha_; }
+  /// Peak now at the largest plausible absorption, K.
+  double peak_high() const noexcept { return at_high(&Witness::peak_now_); }
+  /// Forget the samples (not the emitted power): every absorption is plausible again.
+  void doubt() noexcept;
+
+  /// Largest power, W, after one period of which no plausible absorption exceeds `peak`, K; at
+  /// least 0.
+  double power_for_peak(double peak) const noexcept;
+  /// The same after two periods of that power: what a device holds before its watchdog acts.
+  double held_power_for_peak(double peak) const noexcept;
+  /// Power that holds `peak`, K, for ever at the largest plausible absorption.
+  double steady_power(double peak) const noexcept;
+
+ private:
+  using PerAbsorption = std::array<double, kWitnessAbsorptions>;
+  double at_high(const PerAbsorption Witness::*values) const noexcept;
+  double variance(std::size_t j) const noexcept;
+  void find_plausible() noexcept;
+
+  WitnessModel model_;
+  double noise_variance_;
+  double model_error_;
+  std::array<double, kWitnessModes> lag_{};
+  PerAbsorption volume_now_{};
+  PerAbsorption peak_now_{};
+  PerAbsorption peak_coasting_{};    // after one more period at 0 W
+  PerAbsorption peak_coasting_2_{};  // after two
+  PerAbsorption peak_gain_{};        // of one period, K/W
+  PerAbsorption peak_gain_2_{};      // of two
+  PerAbsorption misfit_{};
+  std::size_t best_ = 0;
+  std::size_t low_ = 0;
+  std::size_t high_ =
+      kWitnessAbsorptions - 1;  // first grid point at or above the largest plausible
+  double high_fraction_ = 1.0;  // between high_ - 1 and high_
+  double high_alpha_ = 0.0;
+};
+
+}  // namespace photocoag

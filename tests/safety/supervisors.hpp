@@ -1,0 +1,29 @@
+// Role: tests of safety and loop; supervisors ready to treat.
+#pragma once
+
+#include "photocoag/run/supervision.hpp"
+
+namespace photocoag::testing {
+
+inline SelfTestReport good_self_test() {
+  return {.samples = 64,
+          .mean = 0.01,
+          .sigma = 0.288,
+          .power_at_zero = 0.0,
+          .watchdog_tripped = true,
+          .model_matches = true,
+          .solver_exact = true,
+          .log_has_room = true};
+}
+
+inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits limits = {}) {
+  limits.period = model.period;
+  Supervisor supervisor(limits, witness_model(model, limits.absorption_min, limits.absorption_max));
+  supervisor.power_on();
+  supervisor.finish_self_test(good_self_test());
+  supervisor.ready();
+  supervisor.begin(true);
+  return supervisor;
+}
+
+}  // namespace photocoag::testing
