@@ -17,8 +17,8 @@
 namespace photocoag {
 namespace {
 
-void print_row(std::string_view name, const EstimationCycle& mean, double period,
-               std::size_t begin, std::size_t end) {
+void print_row(std::string_view name, const EstimationCycle& mean, double period, std::size_t begin,
+               std::size_t end) {
   fmt::print("{:<37}{:>11}", name,
              fmt::format("{:g} to {:g}", 1e3 * period * static_cast<double>(begin + 1),
                          1e3 * period * static_cast<double>(end)));
@@ -72,9 +72,10 @@ int estimation(const EstimationOptions& options) {
   const double period = config.control.period;
   const std::size_t cycles = config.cycles();
   fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print("{} treatments of {:g} ms each; squares in units of the stated variance, 1 is "
-             "consistent\n\n",
-             options.seeds, config.run.duration * 1e3);
+  fmt::print(
+      "{} treatments of {:g} ms each; squares in units of the stated variance, 1 is "
+      "consistent\n\n",
+      options.seeds, config.run.duration * 1e3);
   fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "", "", "", "NEES", "NEES",
              "NEES", "alpha", "sigma", "peak", "reject-");
   fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "scenario", "ms", "NIS",

@@ -118,7 +118,10 @@ SpotRunner::SpotRunner(const Campaign& campaign, const SpotModels& models)
 template <typename P>
 void SpotRunner::close_loop(P plant) {
   Controller controller(models_.controller, config_.control, config_.estimator);
-  SimulatedEye<P> eye(std::move(plant), config_.plant.noise, config_.run.seed);
+  SimulatedEye<P> eye(
+      std::move(plant), config_.plant.noise, config_.run.seed,
+      {.delay = config_.control.delay,
+       .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing});
   treatment_.records.resize(config_.cycles());
   treatment_.outcome = {.cycles = config_.cycles()};
   Decision decision = controller.decide();

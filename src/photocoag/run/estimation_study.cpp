@@ -22,8 +22,7 @@ constexpr double kOutlierSize = 20.0;  // K
 // Independent numbers of one eye; which is for what is told by the index of the draw.
 class Draws {
  public:
-  Draws(int seed, std::uint64_t purpose)
-      : seed_(static_cast<std::uint64_t>(seed) * 16 + purpose) {}
+  Draws(int seed, std::uint64_t purpose) : seed_(static_cast<std::uint64_t>(seed) * 16 + purpose) {}
   double uniform(std::uint64_t k) const {
     return photocoag::uniform(seed_, k, RandomStream::kStudy);
   }
@@ -84,8 +83,7 @@ void add_errors(const Config& config, const Estimate& estimate, const Outputs& t
   at.sum.rms_alpha += square(alpha_error / alpha);
   at.sum.rms_peak += square(peak_error);
   at.sum.sigma_alpha += estimate.absorption_sigma;
-  at.sum.moved_alpha +=
-      square(estimate.absorption_factor - config.estimator.absorption_initial);
+  at.sum.moved_alpha += square(estimate.absorption_factor - config.estimator.absorption_initial);
 }
 
 // The sample at the end of cycle k; NaN: none.

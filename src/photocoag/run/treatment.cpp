@@ -46,8 +46,8 @@ SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
 }
 
 template <Controlling C, Plant P, Supervision S>
-void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye, Pacing pacing,
-               const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
+void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
+               Pacing pacing, const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                Treatment& treatment) {
   const double period = config.control.period;
   const auto begin = std::chrono::steady_clock::now();
@@ -75,8 +75,7 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 
 template <Controlling C, Plant P>
 void run(const Config& config, const ReducedModel& model, C& controller, P plant, Pacing pacing,
-         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-         Treatment& treatment) {
+         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress, Treatment& treatment) {
   EyeTiming timing{.delay = config.control.delay};
   const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed, timing);
   timing.dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing;

@@ -127,12 +127,12 @@ class Supervisor {
 
   struct Memory {
     bool open_interlock = false;
-    bool fresh_sample = true;    // this cycle's sample was usable
-    bool overrun = false;        // a period without a write of ours has just passed
-    double written = 0.0;        // W, last power authorized
-    double written_before = 0.0; // W, the one before
-    double peak_high = 0.0;      // K, at the last cycle
-    std::uint64_t expected = 0;  // least sequence number of this cycle's sample
+    bool fresh_sample = true;     // this cycle's sample was usable
+    bool overrun = false;         // a period without a write of ours has just passed
+    double written = 0.0;         // W, last power authorized
+    double written_before = 0.0;  // W, the one before
+    double peak_high = 0.0;       // K, at the last cycle
+    std::uint64_t expected = 0;   // least sequence number of this cycle's sample
     std::int64_t raw = std::numeric_limits<std::int64_t>::min();
     int same_raw = 0;
     int missing = 0;

@@ -32,7 +32,10 @@ template <Plant P>
 Trajectory closed_loop(const Config& config, const ReducedModel& model, P plant, std::uint64_t seed,
                        std::optional<double> first_power) {
   Controller controller(model, config.control, config.estimator);
-  SimulatedEye<P> eye(std::move(plant), config.plant.noise, seed);
+  SimulatedEye<P> eye(
+      std::move(plant), config.plant.noise, seed,
+      {.delay = config.control.delay,
+       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
   Trajectory out;
   Decision decision = controller.decide();
   if (first_power) decision.power = *first_power;

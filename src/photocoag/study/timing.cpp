@@ -29,7 +29,7 @@ std::vector<Decided> record(const Config& config, const ModelPool::Models& model
   Controller controller(models.reduced, config.control, config.estimator);
   SimulatedEye eye(FullOrderPlant(models.full, config.plant.discretization, config.control.period,
                                   config.plant.absorption_factor),
-                   config.plant.noise, seed);
+                   config.plant.noise, seed, {.delay = config.control.delay});
   std::vector<Decided> all;
   double previous = 0.0;
   for (std::size_t cycle = 0; cycle < config.cycles(); ++cycle) {
