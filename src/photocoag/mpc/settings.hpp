@@ -20,7 +20,7 @@ enum class SolverKind {
 /// What the peak limit is tightened by.
 enum class Robustness {
   kNone,       ///< nothing: the limit holds for the estimate
-  kCertified,  ///< the model's running error bound and robust_sigma standard deviations (E25)
+  kCertified,  ///< the model's running error bound and robust_sigma standard deviations (E28)
 };
 
 struct ControlSettings {
