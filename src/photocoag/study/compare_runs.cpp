@@ -155,8 +155,7 @@ void compare_runs(const std::vector<std::filesystem::path>& folders,
   html += "</section>\n";
   html += summary_table(runs) + difference_table(runs);
   std::filesystem::create_directories(out);
-  write_file((out / "compare.svg").string(),
-             render_figures(figures, SvgKind::kStandAlone).front());
+  write_file((out / "compare.svg").string(), render_figures(figures, SvgKind::kStandAlone).front());
   write_file((out / "compare.csv").string(), figure_csv(figures.front()));
   write_file((out / "index.html").string(), html + page_end());
 }

@@ -59,8 +59,9 @@ std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves) {
   }
   add_levels(peak, limits, "limit", Ink::kLimit, Dash::kSolid, false);
   add_levels(peak, references, "reference", Ink::kNeutral, Dash::kDotted, true);
-  Figure whole{.description = "Peak temperature, laser power and estimated absorption of several "
-                              "runs over one time axis",
+  Figure whole{.description =
+                   "Peak temperature, laser power and estimated absorption of several "
+                   "runs over one time axis",
                .x_label = "time in ms",
                .x_min = 0.0,
                .x_max = end > 0.0 ? end : 1.0,
@@ -75,7 +76,8 @@ std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves) {
 }
 
 std::string_view overlay_css() {
-  return ".overlay{margin:0 0 28px}\n.data td:first-child,.data th:first-child{white-space:nowrap}\n";
+  return ".overlay{margin:0 0 28px}\n.data td:first-child,.data "
+         "th:first-child{white-space:nowrap}\n";
 }
 
 }  // namespace photocoag

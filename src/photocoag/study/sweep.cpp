@@ -156,9 +156,9 @@ void write_sweep(const std::filesystem::path& folder, const std::vector<Varied>&
   std::string html = page_begin(
       "Sweep", "sweep", fmt::format("{} combinations, {} noise seeds each", points.size(), seeds),
       "Simulated eye. The table is over the seeds; the first seed is drawn.", overlay_css());
-  fmt::format_to(
-      Out(html), "<section><h2>Overlay{}</h2>{}</section>\n",
-      curves.size() > kMostCurves ? fmt::format(", the first {}", kMostCurves) : "", inlined);
+  fmt::format_to(Out(html), "<section><h2>Overlay{}</h2>{}</section>\n",
+                 curves.size() > kMostCurves ? fmt::format(", the first {}", kMostCurves) : "",
+                 inlined);
   fmt::format_to(Out(html),
                  "<section><h2>Table</h2><div class=\"scroll\"><table class=\"data\"><thead><tr>{}"
                  "</tr></thead>\n{}</table></div></section>\n",

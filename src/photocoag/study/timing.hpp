@@ -11,9 +11,11 @@
 
 namespace photocoag {
 
-/// One run per horizon: ids dense_n2, dense_n5, …; measures solve_mean_us, solve_max_us,
-/// solve_first_us, solve_warm_max_us (the first solve left out), one value per treatment. Horizons
-/// interleaved, so that a noisy moment hits all alike.
+/// One run per horizon: ids dense_n2, dense_n5, …; one value per treatment, each treatment replayed
+/// five times: solve_mean_us and solve_max_us over all solves, the machine's interruptions
+/// included; solve_worst_us, the largest over the cycles of the least time of the same solve, which
+/// leaves them out; solve_first_us and solve_warm_worst_us, the same of the first solve and of all
+/// others. Horizons interleaved, so that a noisy moment hits all alike.
 std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPool& pool);
 
 /// The paper's figures, ms; NaN for a horizon that it has not.
