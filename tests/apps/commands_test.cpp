@@ -156,9 +156,11 @@ TEST(Commands, TreatGivesTheBytesOfSimulateUnlessItOverran) {
   ASSERT_EQ(sandbox.run("simulate --out virtual --set run.duration_ms=60" + kCoarse).exit_code, 0);
   for (int attempt = 0; attempt < 5; ++attempt) {
     const std::string out = "paced" + std::to_string(attempt);
-    ASSERT_EQ(sandbox.run("treat --out " + out + " --set run.duration_ms=60" + kCoarse).exit_code,
-              0);
+    const int code =
+        sandbox.run("treat --out " + out + " --set run.duration_ms=60" + kCoarse).exit_code;
     const Json summary = Json::parse(read_all(sandbox.path(out) / "summary.json"));
+    // A very busy machine: the supervisor has stopped for overruns.
+    ASSERT_EQ(code, summary["safety"]["reason"] == "overrun" ? 1 : 0);
     EXPECT_TRUE(summary.contains("timing"));
     if (summary["overruns"] != 0) continue;  // a busy machine: the bytes may differ then
     EXPECT_EQ(read_all(sandbox.path(out) / "run.csv"),

@@ -185,7 +185,7 @@ const std::vector<BadOverride> kOverrides = {
     {{"plant.tissue.spot_radius=5"},
      "plant.tissue.spot_radius: unknown key; did you mean plant.tissue.spot_radius_um?"},
     {{"control.xyzzy=1"}, "control.xyzzy: unknown key; accepted: period_ms, horizon, "},
-    {{"xyzzy.a=1"}, "xyzzy: unknown key; accepted: control, estimator, model, grid, tissue, uncertainty, plant"},
+    {{"xyzzy.a=1"}, "xyzzy: unknown key; accepted: control, estimator, safety, model, grid, tissue, uncertainty, plant"},
     {{"\"control.period_ms\"=1"},
      "\"control.period_ms\": unknown key; did you mean control.period_ms?"},
     {{"a.b.c.d.e.f.g.h.i.j.k.l=1"}, "a: unknown key; accepted: "},

@@ -44,6 +44,14 @@ measurement_noise_K      = 0.288
 power_process_noise_W    = 4e-4
 outlier_sigma            = 6.0
 
+[safety]
+supervisor       = "on"
+power_rise_max_W = 0.1
+energy_max_mJ    = 6000.0
+exposure_max_ms  = 60000.0
+thermal_dose_max = 0.0
+real_time        = "observe"
+
 [model]                            # what the controller believes
 file                = ""
 order               = 6

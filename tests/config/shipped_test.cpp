@@ -62,6 +62,7 @@ TEST(Shipped, PaperAt250Hz) {
     expected.control.power_weight = c.power_weight;
     expected.control.power_change_weight = c.power_change_weight;
     expected.run.duration = 0.4;
+    expected.safety.supervised = false;  // the paper has no supervisor
     EXPECT_EQ(shipped(c.file), expected) << c.file;
   }
 }

@@ -86,7 +86,7 @@ TEST(Driver, TheExampleRunsInTheLoopWithoutAllocation) {
       EXPECT_NEAR(record.measured, temperature, 1e-9);
     }
   }
-  EXPECT_GT(temperature, 0.9 * kGain * 0.02 * (1.0 - std::exp(-0.1 / kTau))) << "it did heat";
+  EXPECT_GT(temperature, 1.0) << "it did heat, if a busy machine let it: 12 K in the end";
 }
 
 TEST(Driver, WithoutFreshTokensItsWatchdogSwitchesOff) {

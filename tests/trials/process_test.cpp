@@ -88,6 +88,10 @@ Observed observe(std::uint64_t when, std::uint64_t ticks, Act act, std::uint64_t
   const pid_t child = fork();
   if (child == 0) control(*mapping.memory, throw_at);
   Observed observed;
+  if (child < 0) {  // kill(-1, ...) would mean every process
+    ADD_FAILURE() << "no process";
+    return observed;
+  }
   // Tick 0 is the first after the controller has written.
   std::int64_t start = monotonic_ns();
   while (mapping.memory->token.load() == 0) {

@@ -30,8 +30,8 @@ SafetyLimits safety_limits(const Config& config) {
           .dose_max = config.safety.thermal_dose_max,
           .dose_log_frequency = damage.log_frequency,
           .dose_activation_energy = damage.activation_energy,
-          .overruns_in_a_row_max = enforce ? 1 : 10,
-          .overruns_per_hundred = enforce ? 1 : 20,
+          .overruns_in_a_row_max = enforce ? 1 : 100,
+          .overruns_per_hundred = enforce ? 1 : 100,
           .command_delay = config.control.delay,
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }

@@ -103,6 +103,7 @@ void Supervisor::reset() noexcept {
 }
 
 void Supervisor::finish() noexcept {
+  memory_.written = 0.0;  // the loop writes 0 W itself
   if (status_.state == SafetyState::kTreating) status_.state = SafetyState::kDone;
 }
 

@@ -23,11 +23,9 @@ Witness::Witness(const WitnessModel& model, double noise, double model_error) no
     : model_(model),
       noise_variance_(std::max(noise, kLeastNoise) * std::max(noise, kLeastNoise)),
       model_error_(model_error) {
-  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
-    for (std::size_t i = 0; i < kWitnessModes; ++i) {
-      peak_gain_[j] += model_.peak[j][i];
-      peak_gain_2_[j] += model_.peak[j][i] * (1.0 + model_.decay[i]);
-    }
+  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+    held_1_[i] = 1.0;
+    held_2_[i] = 1.0 + model_.decay[i];
   }
   doubt();
 }
@@ -38,18 +36,13 @@ void Witness::doubt() noexcept {
 }
 
 void Witness::emit(double power) noexcept {
-  for (std::size_t i = 0; i < kWitnessModes; ++i) lag_[i] = model_.decay[i] * lag_[i] + power;
-  std::array<double, kWitnessModes> coasting{};
-  std::array<double, kWitnessModes> coasting_2{};
   for (std::size_t i = 0; i < kWitnessModes; ++i) {
-    coasting[i] = model_.decay[i] * lag_[i];
-    coasting_2[i] = model_.decay[i] * coasting[i];
+    lag_[i] = model_.decay[i] * lag_[i] + power;
+    coasting_[i] = model_.decay[i] * lag_[i];
+    coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
   for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
     volume_now_[j] = dot(model_.volume[j], lag_);
-    peak_now_[j] = dot(model_.peak[j], lag_);
-    peak_coasting_[j] = dot(model_.peak[j], coasting);
-    peak_coasting_2_[j] = dot(model_.peak[j], coasting_2);
   }
 }
 
@@ -98,25 +91,24 @@ void Witness::find_plausible() noexcept {
                 high_fraction_ * (model_.absorption[high_] - model_.absorption[high_ - 1]);
 }
 
-double Witness::at_high(const PerAbsorption Witness::*values) const noexcept {
-  const PerAbsorption& of = this->*values;
-  return of[high_ - 1] + high_fraction_ * (of[high_] - of[high_ - 1]);
+double Witness::at_high(double below, double above) const noexcept {
+  return below + high_fraction_ * (above - below);
+}
+
+double Witness::peak_at_high(const Lags& lags) const noexcept {
+  return at_high(dot(model_.peak[high_ - 1], lags), dot(model_.peak[high_], lags));
 }
 
 double Witness::power_for_peak(double peak) const noexcept {
-  const double room = peak - at_high(&Witness::peak_coasting_);
-  return std::max(0.0, room / at_high(&Witness::peak_gain_));
+  return std::max(0.0, (peak - peak_at_high(coasting_)) / peak_at_high(held_1_));
 }
 
 double Witness::held_power_for_peak(double peak) const noexcept {
-  const double room = peak - at_high(&Witness::peak_coasting_2_);
-  return std::max(0.0, room / at_high(&Witness::peak_gain_2_));
+  return std::max(0.0, (peak - peak_at_high(coasting_2_)) / peak_at_high(held_2_));
 }
 
 double Witness::steady_power(double peak) const noexcept {
-  const double gain = model_.steady_peak[high_ - 1] +
-                      high_fraction_ * (model_.steady_peak[high_] - model_.steady_peak[high_ - 1]);
-  return peak / gain;
+  return peak / at_high(model_.steady_peak[high_ - 1], model_.steady_peak[high_]);
 }
 
 }  // namespace photocoag

@@ -45,7 +45,7 @@ class Witness {
   /// Largest plausible absorption factor; before the first sample the largest of the model.
   double absorption_high() const noexcept { return high_alpha_; }
   /// Peak now at the largest plausible absorption, K.
-  double peak_high() const noexcept { return at_high(&Witness::peak_now_); }
+  double peak_high() const noexcept { return peak_at_high(lag_); }
   /// Forget the samples (not the emitted power): every absorption is plausible again.
   void doubt() noexcept;
 
@@ -59,20 +59,21 @@ class Witness {
 
  private:
   using PerAbsorption = std::array<double, kWitnessAbsorptions>;
-  double at_high(const PerAbsorption Witness::*values) const noexcept;
+  using Lags = std::array<double, kWitnessModes>;
+  double at_high(double below, double above) const noexcept;
+  double peak_at_high(const Lags& lags) const noexcept;
   double variance(std::size_t j) const noexcept;
   void find_plausible() noexcept;
 
   WitnessModel model_;
   double noise_variance_;
   double model_error_;
-  std::array<double, kWitnessModes> lag_{};
+  Lags lag_{};         // now
+  Lags coasting_{};    // after one more period at 0 W
+  Lags coasting_2_{};  // after two
+  Lags held_1_{};      // what one period of 1 W adds: ones
+  Lags held_2_{};      // two periods
   PerAbsorption volume_now_{};
-  PerAbsorption peak_now_{};
-  PerAbsorption peak_coasting_{};    // after one more period at 0 W
-  PerAbsorption peak_coasting_2_{};  // after two
-  PerAbsorption peak_gain_{};        // of one period, K/W
-  PerAbsorption peak_gain_2_{};      // of two
   PerAbsorption misfit_{};
   std::size_t best_ = 0;
   std::size_t low_ = 0;
