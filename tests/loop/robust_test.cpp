@@ -98,6 +98,7 @@ TEST(RobustLimit, NeedsACertificate) {
 TEST(RobustControl, KeepsTheLimitAt250HzWithoutPenalties) {
   for (const std::string alpha : {"0.4", "1.1", "1.5"}) {
     const std::vector<std::string> plain{"control.period_ms=4", "run.duration_ms=200",
+                                         "safety.supervisor=off",
                                          "plant.absorption_factor=" + alpha};
     std::vector<std::string> robust = plain;
     robust.push_back("control.robust=certified");
