@@ -57,9 +57,6 @@ class SpotRunner {
   const Config& config() const noexcept { return config_; }
 
  private:
-  template <typename P>
-  void close_loop(P plant);
-
   const Campaign& campaign_;
   const SpotModels& models_;
   Config config_;  // in place: the setter points into it

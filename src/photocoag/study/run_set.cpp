@@ -8,10 +8,8 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -28,30 +26,17 @@ std::string key_of(Config config) {
   return config_sha256(config);
 }
 
-template <Plant P>
-Trajectory closed_loop(const Config& config, const ReducedModel& model, P plant, std::uint64_t seed,
-                       std::optional<double> first_power) {
-  Controller controller(model, config.control, config.estimator);
-  SimulatedEye<P> eye(
-      std::move(plant), config.plant.noise, seed,
-      {.delay = config.control.delay,
-       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
+Trajectory trajectory_of(const Treatment& treatment) {
   Trajectory out;
-  Decision decision = controller.decide();
-  if (first_power) decision.power = *first_power;
-  for (std::size_t cycle = 0; cycle < config.cycles(); ++cycle) {
-    eye.write(decision.power);
-    const Reading reading = eye.advance(cycle);
-    const Estimate estimate = controller.observe(reading.sample);
-    out.time_ms.push_back(static_cast<double>(cycle + 1) * config.control.period * 1e3);
-    out.peak_K.push_back(reading.truth.peak);
-    out.peak_estimate_K.push_back(estimate.outputs.peak);
-    out.volume_K.push_back(reading.truth.volume);
-    out.measured_K.push_back(reading.sample.volume_temperature);
-    out.power_mW.push_back(reading.sample.applied_power * 1e3);
-    out.power_reference_mW.push_back(decision.power_reference * 1e3);
-    out.absorption_factor.push_back(estimate.absorption_factor);
-    decision = controller.decide();
+  for (const CycleRecord& record : treatment.records) {
+    out.time_ms.push_back(record.time * 1e3);
+    out.peak_K.push_back(record.truth.peak);
+    out.peak_estimate_K.push_back(record.estimate.outputs.peak);
+    out.volume_K.push_back(record.truth.volume);
+    out.measured_K.push_back(record.measured);
+    out.power_mW.push_back(record.power * 1e3);
+    out.power_reference_mW.push_back(record.decision.power_reference * 1e3);
+    out.absorption_factor.push_back(record.estimate.absorption_factor);
   }
   return out;
 }
@@ -82,15 +67,12 @@ std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
 
 Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
                     std::optional<double> first_power) {
-  if (models.full) {
-    return closed_loop(config, models.reduced,
-                       FullOrderPlant(models.full, config.plant.discretization,
-                                      config.control.period, config.plant.absorption_factor),
-                       seed, first_power);
-  }
-  return closed_loop(config, models.reduced,
-                     ReducedPlant(*models.plant, config.plant.absorption_factor), seed,
-                     first_power);
+  Config one = config;
+  one.run.seed = seed;
+  return trajectory_of(
+      simulate_eye(one, models.reduced,
+                   {.full = models.full, .reduced = models.plant ? &*models.plant : nullptr},
+                   {.first_power = first_power, .self_test = false}));
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
