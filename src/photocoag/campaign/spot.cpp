@@ -55,8 +55,8 @@ const std::vector<OutcomeColumn>& outcome_columns() {
       {"over_limit_K", "K", "peak_max_K over the limit; positive: the limit was exceeded"},
       {"over_limit_cycles", "1", "cycles with the true peak over the limit"},
       {"time_to_95_ms", "ms", "end of the first cycle at 95 % of the reference; NaN: never"},
-      {"held_mean_error_K", "K", "mean of true peak minus reference after 50 ms"},
-      {"held_std_K", "K", "standard deviation of the true peak after 50 ms"},
+      {"held_mean_error_K", "K", "mean of true peak minus reference after 50 ms; NaN: stopped"},
+      {"held_std_K", "K", "standard deviation of the true peak after 50 ms; NaN: stopped"},
       {"absorption_error_percent", "%", "final estimate of the absorption factor over truth, - 1"},
       {"dose_schlott_2012", "1", "Arrhenius integral at the peak, visible lesion at 1"},
       {"dose_welch_polhamus", "1", "Arrhenius integral at the peak, damage at 1"},
@@ -77,6 +77,9 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
   SpotModels models;
   ModelStore store(campaign.config, use_cache);
   models.controller = store.reduced();
+  if (campaign.config.uncertainty.declared()) {
+    models.margin = tissue_margin(campaign.config, models.controller);
+  }
   if (campaign.config.plant.model == PlantModel::kReduced) {
     for (const CampaignInput& input : campaign.inputs) {
       if (!is_of_tissue(input)) continue;
@@ -128,13 +131,17 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
     stretch(tissue, models_.depth);
     eye.full = std::make_shared<const FullOrderModel>(*models_.standing, tissue);
   }
-  treatment_ = simulate_eye(config_, models_.controller, eye,
+  // Backed off or not, the outcomes are those against the reference and the limit asked for.
+  const Config& believed = models_.margin ? backed_off(config_, *models_.margin) : config_;
+  treatment_ = simulate_eye(believed, models_.controller, eye,
                             {.sensor_gain = setter_.calibration_factor(),
                              .sensor_offset = setter_.calibration_offset(),
+                             .delay = setter_.delay(),
                              .first_power = std::nullopt,
                              .self_test = false});
 
   const RunSummaryNumbers numbers = summarize(config_, treatment_);
+  const bool stopped = treatment_.outcome.stopped;
   const double reference = config_.control.peak_reference;
   double late = 0.0;
   double sum = 0.0;
@@ -142,7 +149,7 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
   double unsolved = 0.0;
   for (const CycleRecord& cycle : treatment_.records) {
     unsolved += cycle.decision.status == MpcStatus::kFailed ? 1.0 : 0.0;
-    if (cycle.time <= 0.05) continue;
+    if (cycle.time <= 0.05 || stopped) continue;
     const double error = cycle.truth.peak - reference;
     late += 1.0;
     sum += error;
@@ -161,7 +168,7 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                      numbers.thermal_dose[0],
                      numbers.thermal_dose[1],
                      unsolved,
-                     treatment_.outcome.stopped ? 1.0 : 0.0};
+                     stopped ? 1.0 : 0.0};
   return record;
 }
 

@@ -90,7 +90,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
                              {.delay = config.control.delay});
   SimulatedEye<P> eye(
       std::move(plant), config.plant.noise, config.run.seed,
-      {.delay = config.control.delay,
+      {.delay = options.delay.value_or(config.control.delay),
        .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
        .sensor_gain = options.sensor_gain,
        .sensor_offset = options.sensor_offset});

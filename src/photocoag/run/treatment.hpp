@@ -48,6 +48,7 @@ struct EyeModel {
 struct EyeOptions {
   double sensor_gain = 1.0;           ///< error of the calibration
   double sensor_offset = 0.0;         ///< K
+  std::optional<int> delay;           ///< periods, if not what control.delay_cycles says
   std::optional<double> first_power;  ///< W, instead of the first decision
   bool self_test = true;              ///< false: taken as passed (thousands of eyes)
 };

@@ -9,6 +9,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/tissue_margin.hpp"
 #include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
@@ -69,10 +70,12 @@ Trajectory run_once(const Config& config, const ModelPool::Models& models, std::
                     std::optional<double> first_power) {
   Config one = config;
   one.run.seed = seed;
-  return trajectory_of(
-      simulate_eye(one, models.reduced,
-                   {.full = models.full, .reduced = models.plant ? &*models.plant : nullptr},
-                   {.first_power = first_power, .self_test = false}));
+  EyeOptions options;
+  options.first_power = first_power;
+  options.self_test = false;
+  return trajectory_of(simulate_eye(
+      one, models.reduced,
+      {.full = models.full, .reduced = models.plant ? &*models.plant : nullptr}, options));
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
@@ -90,6 +93,14 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
   std::exception_ptr failure;
   std::mutex mutex;
   const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
+  // What the controller is told; what it reaches is measured against the configuration as it is.
+  std::vector<Config> told;
+  for (const RunJob& job : jobs) {
+    const Config& config = job.config;
+    told.push_back(config.uncertainty.declared()
+                       ? backed_off(config, tissue_margin(config, pool.get(config)->reduced))
+                       : config);
+  }
   const auto work = [&] {
     for (std::size_t k = next++; k < total; k = next++) {
       const std::size_t job = k / static_cast<std::size_t>(seeds);
@@ -97,7 +108,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
       try {
         const Config& config = jobs[job].config;
         Trajectory loop =
-            run_once(config, *pool.get(config), config.run.seed + seed, jobs[job].first_power);
+            run_once(told[job], *pool.get(config), config.run.seed + seed, jobs[job].first_power);
         measured[job][seed] = measure(config, loop, jobs[job].first_power);
         results[job].trajectories[seed] = std::move(loop);
       } catch (...) {
