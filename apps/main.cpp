@@ -275,6 +275,25 @@ int run_command(int argc, char** argv) {
              "Same build, same machine: the same bits."));
   replay_app->callback([&] { exit_code = replay_command(replay_options); });
 
+  ConvertOptions convert_options;
+  CLI::App* convert_app = app.add_subcommand(
+      "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died");
+  convert_app->add_option("RUN", convert_options.paths, "run folder, or log segments (*.seg)")
+      ->required()
+      ->type_name("RUN|SEGMENT...");
+  convert_app->add_option("--csv", convert_options.csv, "CSV file to write; - is standard output")
+      ->type_name("FILE");
+  convert_app->add_option("--hdf5", convert_options.hdf5, "HDF5 file to write")->type_name("FILE");
+  convert_app->add_option("--mat", convert_options.mat, "MAT file to write")->type_name("FILE");
+  convert_app->add_flag("--recover", convert_options.recover,
+                        "write run.csv, summary.json and report.html from the log");
+  convert_app->footer(
+      footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
+             "  photocoag convert runs/first/log/000000.seg --csv -\n"
+             "  photocoag convert runs/killed --recover\n"
+             "A run of `simulate` has no log: its run.csv is converted."));
+  convert_app->callback([&] { exit_code = convert_command(convert_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

@@ -123,7 +123,8 @@ void SpotRunner::close_loop(P plant) {
       {.delay = config_.control.delay,
        .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing});
   treatment_.records.resize(config_.cycles());
-  treatment_.outcome = {.cycles = config_.cycles()};
+  treatment_.outcome = {};
+  treatment_.outcome.cycles = config_.cycles();
   Decision decision = controller.decide();
   for (std::size_t cycle = 0; cycle < treatment_.records.size(); ++cycle) {
     eye.write(decision.power);
@@ -138,6 +139,8 @@ void SpotRunner::close_loop(P plant) {
                                  .measured = reading.sample.volume_temperature,
                                  .estimate = controller.observe(reading.sample),
                                  .decision = decision,
+                                 .sample = {},
+                                 .authorization = {},
                                  .overrun = false};
     decision = controller.decide();
   }

@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <thread>
 
+#include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/sha256.hpp"
 #include "photocoag/fom/stepper.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
+#include "photocoag/rom/file.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -22,7 +26,7 @@ namespace {
 // Samples of the cold eye at 0 W and a trip of its watchdog, on a copy of the eye: the treatment
 // starts from cold tissue whatever the test did.
 template <Plant P>
-SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
+SelfTestReport self_test(SimulatedEye<P> eye, int delay, bool log_has_room) {
   constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
   constexpr std::uint64_t kSamples = 64;
   std::vector<double> baseline;
@@ -41,32 +45,44 @@ SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
   report.watchdog_tripped = power == 0.0;
   report.model_matches = true;  // ModelStore has refused any other
   report.solver_exact = solver_is_exact();
-  report.log_has_room = true;  // the records' memory is there
+  report.log_has_room = log_has_room;
   return report;
 }
 
+/// What every treatment gets from its caller.
+struct Surroundings {
+  Pacing pacing;
+  const std::atomic<bool>& stop;
+  std::atomic<std::size_t>& progress;
+  LogWriter* log;  ///< may be null
+};
+
 template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
-               Pacing pacing, const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-               Treatment& treatment) {
+               const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
+  auto& [pacing, stop, progress, log] = around;
+  TreatmentObserver observer(period, pacing == Pacing::kClock, log);
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
     VirtualPace pace(stop);
     PacedEye device(eye, pace, period);
-    treatment.outcome =
-        run_loop(controller, device, supervisor, period, treatment.records, progress);
+    treatment.outcome = run_loop(controller, device, supervisor, period,
+                                 std::span(treatment.records), progress, observer);
   } else {
     ClockPace pace(period, treatment.records.size(), stop);
     PacedEye device(eye, pace, period);
+    RealTime granted;
     std::thread loop([&] {
-      treatment.scheduling = request_real_time().describe();
+      granted = request_real_time();
       pace.start();
-      treatment.outcome =
-          run_loop(controller, device, supervisor, period, treatment.records, progress);
+      treatment.outcome = run_loop(controller, device, supervisor, period,
+                                   std::span(treatment.records), progress, observer);
     });
     loop.join();
+    treatment.scheduling = granted.describe();
     treatment.timing = pace.timing();
+    treatment.histograms = observer.histograms();
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   treatment.wall_seconds = wall.count();
@@ -74,20 +90,21 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 }
 
 template <Controlling C, Plant P>
-void run(const Config& config, const ReducedModel& model, C& controller, P plant, Pacing pacing,
-         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress, Treatment& treatment) {
+void run(const Config& config, const ReducedModel& model, C& controller, P plant,
+         const Surroundings& around, Treatment& treatment) {
   EyeTiming timing{.delay = config.control.delay};
   const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed, timing);
   timing.dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing;
   SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed, timing);
   if (!config.safety.supervised) {
     Unsupervised none;
-    return run_under(none, config, controller, eye, pacing, stop, progress, treatment);
+    return run_under(none, config, controller, eye, around, treatment);
   }
   Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
                                                              config.estimator.absorption_max));
   supervisor.power_on();
-  const SelfTestReport report = self_test(cold, config.control.delay);
+  const SelfTestReport report = self_test(
+      cold, config.control.delay, around.log == nullptr || around.log->healthy());
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw Error(ErrorParts{
         .where = "self-test",
@@ -98,7 +115,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
                              report.watchdog_tripped ? "good" : "does not trip"),
         .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", config.plant.noise)});
   }
-  run_under(supervisor, config, controller, eye, pacing, stop, progress, treatment);
+  run_under(supervisor, config, controller, eye, around, treatment);
 }
 
 }  // namespace
@@ -119,8 +136,7 @@ void require_real_time(const Config& config) {
 namespace {
 
 template <PredictiveController M>
-Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
-                     const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+Treatment treat_with(const Config& config, ModelStore& models, const Surroundings& around) {
   const ReducedModel& model = models.reduced();
   // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
   // and memory warm.
@@ -137,26 +153,35 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
     run(config, model, controller,
         FullOrderPlant(full, config.plant.discretization, config.control.period,
                        config.plant.absorption_factor),
-        pacing, stop, progress, treatment);
+        around, treatment);
   } else {
     treatment.full_order_states = model.full_order_states;
     run(config, model, controller,
-        ReducedPlant(models.plant_reduced(), config.plant.absorption_factor), pacing, stop,
-        progress, treatment);
+        ReducedPlant(models.plant_reduced(), config.plant.absorption_factor), around, treatment);
   }
   return treatment;
 }
 
-}  // namespace
+LogHeader log_header(const Config& config, ModelStore& models) {
+  const std::size_t states = config.plant.model == PlantModel::kFull
+                                 ? models.plant_full()->states()
+                                 : models.reduced().full_order_states;
+  return {.program = fmt::format("photocoag {} {}", version(), source_hash()),
+          .config_sha256 = config_sha256(models.config()),
+          .model_sha256 = sha256_hex(to_json(models.reduced())),
+          .period = config.control.period,
+          .planned_cycles = static_cast<std::int64_t>(config.cycles()),
+          .full_order_states = static_cast<std::int64_t>(states),
+          .fields = {}};
+}
 
-Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
-                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+Treatment treat_with_solver(const Config& config, ModelStore& models, const Surroundings& around) {
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
-    return treat_with<SparseOsqpController>(config, models, pacing, stop, progress);
+    return treat_with<SparseOsqpController>(config, models, around);
   }
   if (config.control.solver == SolverKind::kOsqpCondensed) {
-    return treat_with<CondensedOsqpController>(config, models, pacing, stop, progress);
+    return treat_with<CondensedOsqpController>(config, models, around);
   }
 #endif
   if (config.control.solver != SolverKind::kDense) {
@@ -165,7 +190,32 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                  .found = "a solver that needs it",
                  .accepted = "dense"});
   }
-  return treat_with<ModelPredictiveController<DenseSolver>>(config, models, pacing, stop, progress);
+  return treat_with<ModelPredictiveController<DenseSolver>>(config, models, around);
+}
+
+}  // namespace
+
+Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
+                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
+                        const std::filesystem::path& log_folder, LogOptions log_options) {
+  if (log_folder.empty()) {
+    return treat_with_solver(config, models, {pacing, stop, progress, nullptr});
+  }
+  if (log_options.ring_records == 0) {
+    log_options.ring_records = static_cast<std::size_t>(std::ceil(1.0 / config.control.period));
+  }
+  LogWriter log(log_folder, log_header(config, models), std::move(log_options));
+  const std::uint64_t bytes = 2 * sizeof(LogRecord) * config.cycles();
+  if (!disk_has_room(log_folder, bytes)) {
+    throw Error(ErrorParts{.where = log_folder.string(),
+                           .problem = "the disk has no room for the log",
+                           .accepted = fmt::format("{} bytes free", bytes)});
+  }
+  Treatment treatment = treat_with_solver(config, models, {pacing, stop, progress, &log});
+  treatment.log.totals = log.close();
+  treatment.log.segments = log.segments();
+  treatment.log.trouble = log.trouble();
+  return treatment;
 }
 
 }  // namespace photocoag
