@@ -39,6 +39,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
        "osqp"}},
     // Next to the loop: the log knows the clock, nothing of what it records.
     {"log", {"core", "rt"}},
+    {"machine", {"core", "rt", "log"}},
     {"tables", {"core", "config", "loop", "log", "run"}},
     {"report", {"core"}},
     // The injector shares the device interface with the supervisor, nothing else.
