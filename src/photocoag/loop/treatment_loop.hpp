@@ -115,7 +115,8 @@ inline ControllerReport report_of(const Estimate& estimate, const Decision& deci
           .peak = estimate.outputs.peak,
           .absorption = estimate.absorption_factor,
           .innovation = innovation.value,
-          .innovation_sigma = innovation.sigma};
+          .innovation_sigma = innovation.sigma,
+          .plan = decision.plan};
 }
 
 /// Read, check, estimate, solve, gate, write, log; until `records` is full, or after a stop. A stop
