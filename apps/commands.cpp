@@ -109,6 +109,9 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
              treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  if (!treatment.log.trouble.empty()) {
+    fmt::print(stderr, "ALARM     the log is not complete: {}\n", treatment.log.trouble);
+  }
   fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
 }
 
@@ -161,7 +164,8 @@ int run(const RunOptions& options, Pacing pacing) {
   {
     const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
                               config.cycles());
-    treatment = run_treatment(controlled, models, pacing, stop_requested, done);
+    treatment = run_treatment(controlled, models, pacing, stop_requested, done,
+                              pacing == Pacing::kClock ? folder / "log" : fs::path());
   }
   bool complete = true;
   try {
@@ -173,7 +177,7 @@ int run(const RunOptions& options, Pacing pacing) {
     fmt::print(stderr, "photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
-  return treatment.outcome.stopped || !complete ? 1 : 0;
+  return treatment.outcome.stopped || !complete || !treatment.log.trouble.empty() ? 1 : 0;
 }
 
 }  // namespace

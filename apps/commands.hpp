@@ -77,6 +77,24 @@ struct ReplayOptions {
   bool no_cache = false;
 };
 
+struct DoctorOptions {
+  std::string json;  ///< file; - is standard output
+};
+
+struct LatencyOptions {
+  double seconds = 10.0;
+  double period_ms = 1.0;
+  std::string json;  ///< file; - is standard output
+};
+
+struct ConvertOptions {
+  std::vector<std::string> paths;  ///< run folder, or log segments
+  std::string csv;                 ///< file; - is standard output
+  std::string hdf5;
+  std::string mat;
+  bool recover = false;  ///< run.csv, summary.json and report.html of a run that ended early
+};
+
 struct BenchOptions {
   std::string name;          ///< cycle, qp, first-cycle
   std::string json;          ///< file; - is standard output
@@ -100,6 +118,9 @@ int spots_command(const SpotsOptions& options);
 int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
+int doctor_command(const DoctorOptions& options);
+int latency_command(const LatencyOptions& options);
+int convert_command(const ConvertOptions& options);
 int replay_command(const ReplayOptions& options);
 
 }  // namespace photocoag

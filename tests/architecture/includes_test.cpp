@@ -35,8 +35,12 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"rt", {"core", "loop", "device", "safety"}},
     {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc", "safety"}},
     {"run",
-     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "config",
+     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "log", "config",
        "osqp"}},
+    // Next to the loop: the log knows the clock, nothing of what it records.
+    {"log", {"core", "rt"}},
+    {"machine", {"core", "rt", "log"}},
+    {"tables", {"core", "config", "loop", "log", "run"}},
     {"report", {"core"}},
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},

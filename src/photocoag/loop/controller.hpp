@@ -4,6 +4,7 @@
 // bounded and allocation-free from the first call. Threads: one owner.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -40,6 +41,9 @@ struct Decision {
   GateVerdict gate = GateVerdict::kPassed;
   int iterations = 0;
   bool limit_active = false;
+  /// W, what the same plan would write next and after that; NaN: nothing planned.
+  std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::quiet_NaN()};
 };
 
 /// `Mpc` is constructed from (model, control).
@@ -54,6 +58,7 @@ class BasicController {
         transition_(model.A_d),
         delay_(control.delay),
         solve_every_(control.solve_every),
+        planned_stages_(control.horizon - 1),
         power_max_(control.power_max) {
     if (control.robust == Robustness::kCertified) {
       robust_.emplace(model, control, estimator.absorption_max);
@@ -98,7 +103,8 @@ class BasicController {
             .status = last_.status,
             .gate = passed.verdict,
             .iterations = stage == 0 ? last_.iterations : 0,
-            .limit_active = last_.limit_active};
+            .limit_active = last_.limit_active,
+            .plan = {planned(stage + 1), planned(stage + 2)}};
   }
 
   /// observe and decide: sample in, power out.
@@ -120,6 +126,13 @@ class BasicController {
   const AnyEstimator& filter() const noexcept { return filter_; }
 
  private:
+  double planned(int stage) const noexcept {
+    if constexpr (requires { mpc_.planned(stage); }) {
+      if (stage < planned_stages_) return mpc_.planned(stage);
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+
   // From the state at which the new power begins to act: with a delay of one period that is the end
   // of the period that the power decided last is about to heat.
   MpcResult solve() noexcept PHOTOCOAG_NONBLOCKING {
@@ -147,6 +160,7 @@ class BasicController {
   StateVector state_;
   int delay_;
   int solve_every_;
+  int planned_stages_;
   double power_max_;
   double previous_power_ = 0.0;  // applied
   double pending_power_ = 0.0;   // decided last

@@ -55,6 +55,10 @@ class PacedEye {
     sample.sequence = cycle + 1;
     sample.time_ns = static_cast<std::int64_t>(cycle + 1) * period_ns_;
     sample.now_ns = sample.time_ns + behind_ * period_ns_;
+    if constexpr (requires { pace_.woke_ns(); }) {  // real time: when that period ended, and now
+      sample.time_ns = pace_.deadline_ns(static_cast<std::size_t>(cycle));
+      sample.now_ns = pace_.woke_ns();
+    }
     return sample;
   }
   Readback readback() noexcept {

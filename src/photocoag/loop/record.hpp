@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "photocoag/device/device.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/safety/supervisor.hpp"
 
@@ -23,6 +24,14 @@ struct CycleRecord {
   Authorization authorization;                  ///< what it let through for this cycle
   SafetyState safety = SafetyState::kTreating;  ///< at the end of the cycle
   bool overrun = false;  ///< the controller missed this period: the laser ran on its own
+};
+
+/// What else the end of a cycle brought.
+struct CycleEnd {
+  DeviceSample sample;
+  Readback readback;
+  double next_power = 0.0;  ///< W, written for the coming period; NaN: nothing
+  SafetyStatus safety;
 };
 
 /// Durations in ns, one entry per cycle, filled by a paced loop.

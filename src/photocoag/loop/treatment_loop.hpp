@@ -35,7 +35,31 @@ struct LoopOutcome {
   std::size_t cycles = 0;    ///< records written
   std::size_t overruns = 0;  ///< periods that the controller missed
   bool stopped = false;      ///< ended by a stop request or by the supervisor
+  bool goal_reached = false;  ///< ended by the observer's goal
   SafetyStatus safety;       ///< at the end
+};
+
+/// Looks on from the loop's thread: time stamps, log, treatment goal. Changes nothing but the end.
+template <typename O>
+concept LoopObserver = requires(O observer, const CycleRecord& record, const CycleEnd& end) {
+  { observer.woke(end.sample) }
+  noexcept;  // the sample is there
+  { observer.decided() }
+  noexcept;  // the power is chosen and not yet written
+  { observer.written() }
+  noexcept;
+  { observer.finished(record, end) }
+  noexcept;  // last thing of every cycle
+  { observer.goal_reached(record) }
+  noexcept->std::same_as<bool>;  // the treatment has had what it needs
+};
+
+struct NoObserver {
+  void woke(const DeviceSample&) noexcept {}
+  void decided() noexcept {}
+  void written() noexcept {}
+  void finished(const CycleRecord&, const CycleEnd&) noexcept {}
+  bool goal_reached(const CycleRecord&) noexcept { return false; }
 };
 
 /// What the loop asks each cycle: may the sample be used, what may be written.
@@ -91,7 +115,8 @@ inline ControllerReport report_of(const Estimate& estimate, const Decision& deci
           .peak = estimate.outputs.peak,
           .absorption = estimate.absorption_factor,
           .innovation = innovation.value,
-          .innovation_sigma = innovation.sigma};
+          .innovation_sigma = innovation.sigma,
+          .plan = decision.plan};
 }
 
 /// Read, check, estimate, solve, gate, write, log; until `records` is full, or after a stop. A stop
@@ -99,10 +124,12 @@ inline ControllerReport report_of(const Estimate& estimate, const Decision& deci
 /// at 0 W (evidence), as far as there are records. `progress` counts finished cycles. In periods
 /// that the loop missed nothing is written: the device holds its power for one, then its watchdog
 /// puts 0 W, and the controller gets no sample.
-template <Controlling C, Device D, Supervision S>
+template <Controlling C, Device D, Supervision S, LoopObserver O>
 LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
-                     std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
+                     std::span<CycleRecord> records, std::atomic<std::size_t>& progress,
+                     O& observer) noexcept {
   constexpr double kEvidence = 0.05;  // s
+  constexpr double kNothingWritten = std::numeric_limits<double>::quiet_NaN();
   LoopOutcome outcome;
   if (records.empty()) return outcome;  // nothing would ever switch the laser off again
   std::uint64_t token = 0;
@@ -116,7 +143,9 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
   const auto decide = [&](const Estimate& estimate) {
     decision = controller.decide();
     allowed = supervisor.authorize(report_of(estimate, decision, innovation_of(controller)));
+    observer.decided();
     write(allowed.power);
+    observer.written();
   };
   decide(controller.estimate());
   std::size_t end = records.size();
@@ -126,8 +155,10 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
   while (outcome.cycles < end) {
     const std::size_t cycle = outcome.cycles;
     const DeviceSample sample = device.wait_sample(cycle);
+    observer.woke(sample);
     stop_asked = stop_asked || sample.stop_asked;
-    const SampleVerdict verdict = supervisor.check(sample, device.readback(), written);
+    const Readback readback = device.readback();
+    const SampleVerdict verdict = supervisor.check(sample, readback, written);
     const Estimate estimate = controller.observe(
         {.volume_temperature =
              verdict.usable ? sample.volume_temperature : std::numeric_limits<double>::quiet_NaN(),
@@ -147,20 +178,34 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
     if constexpr (requires { device.truth(); }) record.truth = device.truth();
     outcome.overruns += overrun ? 1 : 0;
     overrun = sample.periods_behind > 0;
-    if (overrun && outcome.cycles < end) continue;  // that period is gone already
+    const auto finish_cycle = [&](double next_power) {
+      observer.finished(record, {.sample = sample,
+                                 .readback = readback,
+                                 .next_power = next_power,
+                                 .safety = supervisor.status()});
+    };
+    if (overrun && outcome.cycles < end) {  // that period is gone already
+      finish_cycle(kNothingWritten);
+      continue;
+    }
     progress.store(outcome.cycles, std::memory_order_relaxed);
     if (last_period) {
+      finish_cycle(kNothingWritten);
       device.heartbeat(cycle);
       break;
     }
     // With the records full the treatment is over by itself.
-    last_period = stop_asked && outcome.cycles < end;
+    const bool goal = !outcome.stopped && observer.goal_reached(record);
+    last_period = (stop_asked || goal) && outcome.cycles < end;
     if (last_period || outcome.cycles == end) {
-      outcome.stopped = outcome.stopped || last_period;
+      outcome.stopped = outcome.stopped || (last_period && !goal);
+      outcome.goal_reached = goal;
       supervisor.finish();
       decision = {.status = MpcStatus::kStopped};  // 0 W, and one more period to see it recorded
       allowed.power = 0.0;
+      observer.decided();
       write(0.0);
+      observer.written();
     } else {
       decide(estimate);
       if (!outcome.stopped && supervisor.status().state != SafetyState::kTreating) {
@@ -169,11 +214,20 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
         end = outcome.cycles + std::min(end - outcome.cycles, evidence);
       }
     }
+    finish_cycle(allowed.power);
     device.heartbeat(cycle);
   }
   progress.store(outcome.cycles, std::memory_order_relaxed);
   outcome.safety = supervisor.status();
   return outcome;
+}
+
+/// The same with nobody looking on.
+template <Controlling C, Device D, Supervision S>
+LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
+                     std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
+  NoObserver nobody;
+  return run_loop(controller, device, supervisor, period, records, progress, nobody);
 }
 
 }  // namespace photocoag

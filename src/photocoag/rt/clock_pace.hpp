@@ -25,7 +25,7 @@ class ClockPace {
   void start() noexcept { start_ns_ = monotonic_ns(); }
 
   Tick wait_for_end_of(std::size_t cycle) noexcept {
-    const std::int64_t deadline = start_ns_ + static_cast<std::int64_t>(cycle + 1) * period_ns_;
+    const std::int64_t deadline = deadline_ns(cycle);
     wait_until(deadline);
     woke_ns_ = monotonic_ns();
     const std::int64_t late = woke_ns_ - deadline;
@@ -39,6 +39,12 @@ class ClockPace {
       timing_.cycle.push_back(monotonic_ns() - woke_ns_);
     }
   }
+
+  /// End of cycle k on the monotonic clock, and when the loop last woke up.
+  std::int64_t deadline_ns(std::size_t cycle) const noexcept {
+    return start_ns_ + static_cast<std::int64_t>(cycle + 1) * period_ns_;
+  }
+  std::int64_t woke_ns() const noexcept { return woke_ns_; }
 
   const LoopTiming& timing() const noexcept { return timing_; }
 

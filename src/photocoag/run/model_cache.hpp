@@ -32,6 +32,7 @@ class ModelStore {
   /// A reduced model of the simulated eye for plant.model = "reduced", with the plant's
   /// discretization.
   ReducedModel plant_reduced();
+  const Config& config() const noexcept { return config_; }
 
  private:
   ReducedModel make(const Tissue& tissue, Discretization discretization,

@@ -39,6 +39,29 @@ Json percentiles_us(std::vector<std::int64_t> ns) {
   return {{"median", at(0.5)}, {"p99", at(0.99)}, {"max", at(1.0)}, {"first", first}};
 }
 
+// One row of the timing table each, and the bins themselves: [lower edge in us, count].
+void add_histograms(const CycleHistograms& histograms, Json& summary) {
+  const auto add = [&summary](const std::string& name, const DurationHistogram& histogram) {
+    summary["timing"][name] = {
+        {"median", histogram.quantile_us(0.5)},  {"p99", histogram.quantile_us(0.99)},
+        {"p99.9", histogram.quantile_us(0.999)}, {"max", histogram.max_us()},
+        {"min", histogram.min_us()},             {"cycles", histogram.cycles()},
+        {"without", histogram.skipped()}};
+    Json bins = Json::array();
+    for (std::size_t k = 0; k < histogram.bins().size(); ++k) {
+      if (histogram.bins()[k] > 0) bins.push_back({k, histogram.bins()[k]});
+    }
+    summary["histograms"][name] = {{"bins", bins},
+                                   {"below_0", histogram.negative()},
+                                   {"overflow", histogram.overflow()},
+                                   {"without", histogram.skipped()}};
+  };
+  add("wake_us", histograms.wake_late);
+  add("compute_us", histograms.compute);
+  add("write_us", histograms.write);
+  add("slack_us", histograms.slack);
+}
+
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 }  // namespace
@@ -81,6 +104,9 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
         by_supervisor
             ? fmt::format("supervisor: {} ({})", to_string(safety.reason), to_string(safety.state))
             : "interrupted by the user";
+  }
+  if (treatment.recovered && !treatment.outcome.stopped) {
+    numbers.stopped_for = "the program ended early: recovered from its log";
   }
   return numbers;
 }
@@ -169,6 +195,16 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
     summary["scheduling"] = treatment.scheduling;
     summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},
                          {"wake_late_us", percentiles_us(treatment.timing.wake_late)}};
+  }
+  if (treatment.histograms.wake_late.cycles() > 0) add_histograms(treatment.histograms, summary);
+  if (treatment.log.segments > 0) {
+    const LogTotals& totals = treatment.log.totals;
+    const std::string& trouble = treatment.log.trouble;
+    summary["log"] = {{"produced", totals.produced},
+                      {"written", totals.written},
+                      {"dropped", totals.dropped},
+                      {"segments", treatment.log.segments},
+                      {"alarm", trouble.empty() ? Json() : Json(trouble)}};
   }
   write_file(folder / "summary.json", summary.dump(2) + "\n");
 }

@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <thread>
 
+#include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/sha256.hpp"
 #include "photocoag/fom/stepper.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
+#include "photocoag/rom/file.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -22,7 +26,7 @@ namespace {
 // Samples of the cold eye at 0 W and a trip of its watchdog, on a copy of the eye: the treatment
 // starts from cold tissue whatever the test did.
 template <Plant P>
-SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
+SelfTestReport self_test(SimulatedEye<P> eye, int delay, bool log_has_room) {
   constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
   constexpr std::uint64_t kSamples = 64;
   std::vector<double> baseline;
@@ -41,7 +45,7 @@ SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
   report.watchdog_tripped = power == 0.0;
   report.model_matches = true;  // ModelStore has refused any other
   report.solver_exact = solver_is_exact();
-  report.log_has_room = true;  // the records' memory is there
+  report.log_has_room = log_has_room;
   return report;
 }
 
@@ -54,28 +58,41 @@ SelfTestReport passed_self_test(const Config& config) {
           .log_has_room = true};
 }
 
+/// What every treatment gets from its caller.
+struct Surroundings {
+  Pacing pacing;
+  const std::atomic<bool>& stop;
+  std::atomic<std::size_t>& progress;
+  LogWriter* log;  ///< may be null
+  const EyeOptions& eye;
+};
+
 template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
-               Pacing pacing, const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-               Treatment& treatment) {
+               const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
+  auto& [pacing, stop, progress, log, options] = around;
+  TreatmentObserver observer(period, pacing == Pacing::kClock, log);
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
     VirtualPace pace(stop);
     PacedEye device(eye, pace, period);
-    treatment.outcome =
-        run_loop(controller, device, supervisor, period, treatment.records, progress);
+    treatment.outcome = run_loop(controller, device, supervisor, period,
+                                 std::span(treatment.records), progress, observer);
   } else {
     ClockPace pace(period, treatment.records.size(), stop);
     PacedEye device(eye, pace, period);
+    RealTime granted;
     std::thread loop([&] {
-      treatment.scheduling = request_real_time().describe();
+      granted = request_real_time();
       pace.start();
-      treatment.outcome =
-          run_loop(controller, device, supervisor, period, treatment.records, progress);
+      treatment.outcome = run_loop(controller, device, supervisor, period,
+                                   std::span(treatment.records), progress, observer);
     });
     loop.join();
+    treatment.scheduling = granted.describe();
     treatment.timing = pace.timing();
+    treatment.histograms = observer.histograms();
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   treatment.wall_seconds = wall.count();
@@ -84,25 +101,26 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 
 template <Controlling C, Plant P>
 void run(const Config& config, const ReducedModel& model, C& controller, P plant,
-         const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
-         std::atomic<std::size_t>& progress, Treatment& treatment) {
+         const Surroundings& around, Treatment& treatment) {
   const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed,
                              {.delay = config.control.delay});
   SimulatedEye<P> eye(
       std::move(plant), config.plant.noise, config.run.seed,
-      {.delay = options.delay.value_or(config.control.delay),
+      {.delay = around.eye.delay.value_or(config.control.delay),
        .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
-       .sensor_gain = options.sensor_gain,
-       .sensor_offset = options.sensor_offset});
+       .sensor_gain = around.eye.sensor_gain,
+       .sensor_offset = around.eye.sensor_offset});
   if (!config.safety.supervised) {
     Unsupervised none;
-    return run_under(none, config, controller, eye, pacing, stop, progress, treatment);
+    return run_under(none, config, controller, eye, around, treatment);
   }
   Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
                                                              config.estimator.absorption_max));
   supervisor.power_on();
-  const SelfTestReport report =
-      options.self_test ? self_test(cold, config.control.delay) : passed_self_test(config);
+  const bool log_is_good = around.log == nullptr || around.log->healthy();
+  const SelfTestReport report = around.eye.self_test
+                                    ? self_test(cold, config.control.delay, log_is_good)
+                                    : passed_self_test(config);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw Error(ErrorParts{
         .where = "self-test",
@@ -113,7 +131,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
                              report.watchdog_tripped ? "good" : "does not trip"),
         .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", config.plant.noise)});
   }
-  run_under(supervisor, config, controller, eye, pacing, stop, progress, treatment);
+  run_under(supervisor, config, controller, eye, around, treatment);
 }
 
 }  // namespace
@@ -135,8 +153,7 @@ namespace {
 
 template <PredictiveController M>
 Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                     const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
-                     std::atomic<std::size_t>& progress) {
+                     const Surroundings& around) {
   // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
   // and memory warm.
   std::optional<BasicController<M>> place;
@@ -144,7 +161,7 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   place->decide();
   place->step({.volume_temperature = 0.0, .applied_power = 0.0});
   BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
-  if (options.first_power) controller.start_with(*options.first_power);
+  if (around.eye.first_power) controller.start_with(*around.eye.first_power);
   Treatment treatment;
   treatment.records.resize(config.cycles());
   if (eye.full) {
@@ -152,24 +169,36 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
     run(config, model, controller,
         FullOrderPlant(eye.full, config.plant.discretization, config.control.period,
                        config.plant.absorption_factor),
-        options, pacing, stop, progress, treatment);
+        around, treatment);
   } else {
     treatment.full_order_states = eye.reduced->full_order_states;
     run(config, model, controller, ReducedPlant(*eye.reduced, config.plant.absorption_factor),
-        options, pacing, stop, progress, treatment);
+        around, treatment);
   }
   return treatment;
 }
 
+LogHeader log_header(const Config& config, ModelStore& models) {
+  const std::size_t states = config.plant.model == PlantModel::kFull
+                                 ? models.plant_full()->states()
+                                 : models.reduced().full_order_states;
+  return {.program = fmt::format("photocoag {} {}", version(), source_hash()),
+          .config_sha256 = config_sha256(models.config()),
+          .model_sha256 = sha256_hex(to_json(models.reduced())),
+          .period = config.control.period,
+          .planned_cycles = static_cast<std::int64_t>(config.cycles()),
+          .full_order_states = static_cast<std::int64_t>(states),
+          .fields = {}};
+}
+
 Treatment treat(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
-                std::atomic<std::size_t>& progress) {
+                const Surroundings& around) {
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
-    return treat_with<SparseOsqpController>(config, model, eye, options, pacing, stop, progress);
+    return treat_with<SparseOsqpController>(config, model, eye, around);
   }
   if (config.control.solver == SolverKind::kOsqpCondensed) {
-    return treat_with<CondensedOsqpController>(config, model, eye, options, pacing, stop, progress);
+    return treat_with<CondensedOsqpController>(config, model, eye, around);
   }
 #endif
   if (config.control.solver != SolverKind::kDense) {
@@ -178,27 +207,48 @@ Treatment treat(const Config& config, const ReducedModel& model, const EyeModel&
                  .found = "a solver that needs it",
                  .accepted = "dense"});
   }
-  return treat_with<ModelPredictiveController<DenseSolver>>(config, model, eye, options, pacing,
-                                                            stop, progress);
+  return treat_with<ModelPredictiveController<DenseSolver>>(config, model, eye, around);
 }
 
 }  // namespace
 
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
-                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
+                        const std::filesystem::path& log_folder, LogOptions log_options) {
   const ReducedModel& model = models.reduced();
+  const EyeOptions as_configured;
+  std::optional<ReducedModel> plant;
+  EyeModel eye;
   if (config.plant.model == PlantModel::kFull) {
-    return treat(config, model, {.full = models.plant_full()}, {}, pacing, stop, progress);
+    eye.full = models.plant_full();
+  } else {
+    eye.reduced = &plant.emplace(models.plant_reduced());
   }
-  const ReducedModel plant = models.plant_reduced();
-  return treat(config, model, {.full = nullptr, .reduced = &plant}, {}, pacing, stop, progress);
+  if (log_folder.empty()) {
+    return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured});
+  }
+  if (log_options.ring_records == 0) {
+    log_options.ring_records = static_cast<std::size_t>(std::ceil(1.0 / config.control.period));
+  }
+  LogWriter log(log_folder, log_header(config, models), std::move(log_options));
+  const std::uint64_t bytes = 2 * sizeof(LogRecord) * config.cycles();
+  if (!disk_has_room(log_folder, bytes)) {
+    throw Error(ErrorParts{.where = log_folder.string(),
+                           .problem = "the disk has no room for the log",
+                           .accepted = fmt::format("{} bytes free", bytes)});
+  }
+  Treatment treatment = treat(config, model, eye, {pacing, stop, progress, &log, as_configured});
+  treatment.log.totals = log.close();
+  treatment.log.segments = log.segments();
+  treatment.log.trouble = log.trouble();
+  return treatment;
 }
 
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
                        const EyeOptions& options) {
   const std::atomic<bool> never{false};
   std::atomic<std::size_t> progress{0};
-  return treat(config, model, eye, options, Pacing::kVirtualTime, never, progress);
+  return treat(config, model, eye, {Pacing::kVirtualTime, never, progress, nullptr, options});
 }
 
 }  // namespace photocoag

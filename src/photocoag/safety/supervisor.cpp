@@ -312,7 +312,13 @@ double Supervisor::fallback(SafetyReason reason) noexcept {
     stop(SafetyState::kSafeStop, reason);
     return 0.0;
   }
-  return std::min(memory_.written, witness_.steady_power(limits_->peak_reference));
+  // What the last good plan had in store, if no plausible absorption is overheated by it. A plan
+  // made with an estimate that has broken down since is none.
+  const double planned = memory_.plan[static_cast<std::size_t>(memory_.fallbacks - 1)];
+  const bool usable = reason != SafetyReason::kEstimatorRestart && planned >= 0.0 &&
+                      planned <= witness_.power_for_peak(limits_->peak_max);
+  return std::min(memory_.written,
+                  usable ? planned : witness_.steady_power(limits_->peak_reference));
 }
 
 Authorization Supervisor::choose(const ControllerReport& report) noexcept {
@@ -337,6 +343,7 @@ Authorization Supervisor::choose(const ControllerReport& report) noexcept {
   double power = report.command;
   if (reason == SafetyReason::kNone) {
     memory_.fallbacks = 0;
+    memory_.plan = report.plan;
   } else {
     power = fallback(reason);
   }

@@ -5,6 +5,7 @@
 // Real time: noexcept, bounded, allocation-free from the first call. Threads: one owner.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 
@@ -27,6 +28,9 @@ struct ControllerReport {
   double absorption = 0.0;        ///< estimate
   double innovation = 0.0;        ///< K
   double innovation_sigma = 0.0;  ///< K
+  /// W, what the same plan would write next and after that; not finite: nothing planned.
+  std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::quiet_NaN()};
 };
 
 /// What the supervisor makes of a sample.
@@ -140,6 +144,8 @@ class Supervisor {
     int overruns = 0;
     int readback_off = 0;
     int fallbacks = 0;
+    std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
+                               std::numeric_limits<double>::quiet_NaN()};  // W, the last good one
     int infeasible = 0;
     int restarts = 0;
     int absorption_bad = 0;

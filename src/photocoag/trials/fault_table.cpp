@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace photocoag {
 namespace {
@@ -47,6 +48,15 @@ void add_measurement(std::vector<FaultCase>& table) {
   go_on("M5", "NaN once", Fault::kNotANumber, 1, R::kSampleMissing);
   stop("M5", "NaN 3 times", Fault::kNotANumber, 3, 2, {R::kSampleMissing});
   stop("M5", "infinity 3 times", Fault::kInfinite, 3, 2, {R::kSampleMissing});
+  for (const auto& [what, fault] : {std::pair{"-0.0 once", Fault::kNegativeZero},
+                                    std::pair{"denormal once", Fault::kDenormal}}) {
+    table.push_back({.id = "M5",
+                     .what = what,
+                     .injection = {.fault = fault},
+                     .demand = Demand::kLegal,
+                     .reasons = {},
+                     .margin = 1.0});
+  }
   go_on("M6", "at the rail once", Fault::kRail, 1, R::kSampleSaturated);
   stop("M6", "at the rail twice", Fault::kRail, 2, 1, {R::kSampleSaturated});
   go_on("M7", "spike of +25 K", Fault::kSpike, 1, R::kSampleRejected, 25.0);

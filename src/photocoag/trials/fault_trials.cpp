@@ -162,6 +162,11 @@ TrialResult judge(const Bench& bench, const FaultCase& test, const Recorded& run
     demand(!result.stopped, "stopped though it had to go on");
     demand(noticed, "not noticed");
   }
+  if (test.demand == Demand::kLegal) {
+    for (const CycleRecord& record : run.records) {
+      demand(std::isfinite(record.estimate.outputs.peak), "the estimate broke");
+    }
+  }
   if (test.demand == Demand::kDone) {
     const SafetyLimits limits = limits_for(bench, test);
     demand(safety.energy <= limits.energy_max, "too much energy");

@@ -1,0 +1,70 @@
+// `photocoag convert`: a run's log for other programs, and a run folder from its log.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "commands.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/report/report.hpp"
+#include "photocoag/run/recover.hpp"
+#include "photocoag/tables/table.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+void recover(const fs::path& folder) {
+  const LogContent log = recover_run(folder);
+  for (const std::string& remark : log.remarks) fmt::print(stderr, "remark    {}\n", remark);
+  fmt::print(stderr, "recovered {} cycles of {} planned; the log was {}\n", log.records.size(),
+             log.header.planned_cycles, log.closed ? "closed" : "not closed");
+  write_report(folder);
+  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+}
+
+Table table_of_paths(const std::vector<std::string>& paths) {
+  std::vector<fs::path> segments;
+  for (const std::string& path : paths) {
+    if (!fs::is_directory(path)) {
+      segments.emplace_back(path);
+      continue;
+    }
+    const std::vector<fs::path> found = segments_of(path);
+    segments.insert(segments.end(), found.begin(), found.end());
+    if (found.empty()) {
+      if (paths.size() == 1) return table_of_csv(fs::path(path) / "run.csv");
+      throw Error(ErrorParts{.where = path, .problem = "there is no log segment"});
+    }
+  }
+  const LogContent log = read_segments(segments);
+  for (const std::string& remark : log.remarks) fmt::print(stderr, "remark    {}\n", remark);
+  return table_of(log);
+}
+
+}  // namespace
+
+int convert_command(const ConvertOptions& options) {
+  if (options.recover) {
+    if (options.paths.size() != 1 || !fs::is_directory(options.paths.front())) {
+      throw Error(ErrorParts{.where = "--recover",
+                             .found = fmt::format("{} paths", options.paths.size()),
+                             .accepted = "one run folder"});
+    }
+    recover(options.paths.front());
+  }
+  if (options.csv.empty() && options.hdf5.empty() && options.mat.empty()) {
+    if (options.recover) return 0;
+    throw Error(ErrorParts{.where = "convert",
+                           .problem = "nothing to write",
+                           .accepted = "--csv, --hdf5, --mat or --recover"});
+  }
+  const Table table = table_of_paths(options.paths);
+  if (!options.csv.empty()) write_csv(options.csv, table);
+  if (!options.hdf5.empty()) write_hdf5(options.hdf5, table);
+  if (!options.mat.empty()) write_mat(options.mat, table);
+  fmt::print(stderr, "{} cycles, {} columns\n", table.rows(), table.columns.size());
+  return 0;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,173 @@
+#include "photocoag/log/writer.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/rt/clock.hpp"
+
+namespace photocoag {
+
+LogWriter::LogWriter(std::filesystem::path folder, LogHeader header, LogOptions options)
+    : folder_(std::move(folder)),
+      header_(std::move(header)),
+      options_(std::move(options)),
+      ring_(options_.ring_records),
+      batch_(kBlockRecords),
+      block_(sizeof(BlockHeader) + kBlockRecords * sizeof(LogRecord)) {
+  if (!options_.write) options_.write = ::write;
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error || !open_segment()) {
+    throw Error(ErrorParts{
+        .where = folder_.string(),
+        .problem = "the log cannot be started: " +
+                   (error ? error : std::error_code(errno, std::generic_category())).message(),
+        .accepted = "a folder that you may write to, on a disk with room"});
+  }
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (...) {
+    ::close(file_);
+    throw;
+  }
+}
+
+LogWriter::~LogWriter() {
+  if (thread_.joinable()) close();
+}
+
+void LogWriter::record(LogRecord& record) noexcept {
+  const std::uint64_t number = produced_.load(std::memory_order_relaxed);
+  record.record = static_cast<std::int64_t>(number);
+  if (!ring_.push(record)) {
+    overflow_.store(overflow_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    failed_.store(true, std::memory_order_relaxed);
+  }
+  produced_.store(number + 1, std::memory_order_release);
+}
+
+LogTotals LogWriter::close() {
+  closing_.store(true, std::memory_order_release);
+  thread_.join();
+  LogTotals totals{.produced = produced_.load(),
+                   .written = written_,
+                   .dropped = overflow_.load() + lost_};
+  if (error_ != 0) {
+    trouble_ = fmt::format("{} records could not be written: {}", lost_,
+                           std::generic_category().message(error_));
+  }
+  if (overflow_.load() > 0) {
+    trouble_ += fmt::format("{}{} records dropped: the disk was too slow",
+                            trouble_.empty() ? "" : "; ", overflow_.load());
+  }
+  return totals;
+}
+
+void LogWriter::run() noexcept {
+  std::int64_t synced = monotonic_ns();
+  bool dirty = true;
+  for (bool last = false; !last;) {
+    last = closing_.load(std::memory_order_acquire);
+    while (drain() > 0) dirty = true;
+    if (last) write_block(0, BlockHeader::kLast);
+    const std::int64_t now = monotonic_ns();
+    if (last || (dirty && now - synced >= options_.sync_ns)) {
+      if (file_ >= 0) ::fdatasync(file_);
+      synced = now;
+      dirty = false;
+    }
+    if (!last) wait_until(monotonic_ns() + options_.look_ns);
+  }
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+}
+
+std::size_t LogWriter::drain() noexcept {
+  const std::size_t count = ring_.pop(batch_);
+  if (count > 0) write_block(count, 0);
+  return count;
+}
+
+void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
+  BlockHeader header;
+  header.flags = flags;
+  header.records = static_cast<std::uint32_t>(records);
+  const std::uint64_t dropped = overflow_.load(std::memory_order_relaxed) + lost_;
+  header.totals = {.produced = written_ + records + dropped,
+                   .written = written_ + records,
+                   .dropped = dropped};
+  const std::size_t size = sizeof(header) + records * sizeof(LogRecord);
+  std::memcpy(block_.data(), &header, sizeof(header));
+  if (records > 0) {
+    std::memcpy(block_.data() + sizeof(header), batch_.data(), records * sizeof(LogRecord));
+  }
+  seal_block(std::span(block_).first(size));
+  if (segment_size_ + size > options_.segment_bytes && records > 0) {
+    if (file_ >= 0) {
+      ::fdatasync(file_);
+      ::close(file_);
+      file_ = -1;
+    }
+    ++header_.segment;
+  }
+  if ((file_ >= 0 || open_segment()) && write_all(block_.data(), size)) {
+    segment_size_ += size;
+    written_ += records;
+    return;
+  }
+  if (error_ == 0) error_ = errno;
+  failed_.store(true, std::memory_order_relaxed);
+  lost_ += records;
+  // No half block before the next one.
+  if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(segment_size_)) == 0) {
+    ::lseek(file_, 0, SEEK_END);
+  }
+}
+
+bool LogWriter::write_all(const std::byte* bytes, std::size_t count) noexcept {
+  while (count > 0) {
+    const ssize_t done = options_.write(file_, bytes, count);
+    if (done < 0 && errno == EINTR) continue;
+    if (done == 0) errno = ENOSPC;
+    if (done <= 0) return false;
+    bytes += done;
+    count -= static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
+bool LogWriter::open_segment() noexcept {
+  try {
+    const std::string name = (folder_ / fmt::format("{:06}.seg", header_.segment)).string();
+    const std::string header = segment_header(header_);
+    file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_APPEND, 0644);
+    if (file_ < 0) return false;
+    segment_size_ = header.size();
+    if (write_all(reinterpret_cast<const std::byte*>(header.data()), header.size())) return true;
+    const int why = errno;
+    ::close(file_);
+    ::unlink(name.c_str());
+    file_ = -1;
+    errno = why;
+    return false;
+  } catch (const std::exception&) {
+    errno = ENOMEM;
+    return false;
+  }
+}
+
+bool disk_has_room(const std::filesystem::path& folder, std::uint64_t bytes) noexcept {
+  struct statvfs disk {};
+  if (::statvfs(folder.c_str(), &disk) != 0) return false;
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize >= bytes;
+}
+
+}  // namespace photocoag

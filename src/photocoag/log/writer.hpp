@@ -1,0 +1,83 @@
+// Role: online; from the loop to the disk without ever making the loop wait. The loop's thread puts
+// records into a ring; a thread of its own writes them to append-only segments. Used by run.
+// Source: docs/realtime.md. Real time: record() is noexcept, wait-free, allocation-free; the rest
+// blocks and may throw. Threads: record() from one thread; open and close from the owner's.
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "photocoag/log/record.hpp"
+#include "photocoag/log/ring.hpp"
+#include "photocoag/log/segment.hpp"
+
+namespace photocoag {
+
+struct LogOptions {
+  std::size_t ring_records = 0;  ///< what may pile up while the disk stalls; 0: of one second
+  std::size_t segment_bytes = std::size_t{64} << 20;      ///< then the next segment begins
+  std::int64_t look_ns = 10'000'000;                      ///< pause between looks at the ring
+  std::int64_t sync_ns = 100'000'000;                     ///< between forced writes to the medium
+  /// In place of write(2): tests of full and slow disks.
+  std::function<ssize_t(int file, const void* bytes, std::size_t count)> write;
+};
+
+/// One log: a folder of segments 000000.seg, 000001.seg, …
+class LogWriter {
+ public:
+  /// Creates the folder and the first segment, starts the thread. Throws Error.
+  LogWriter(std::filesystem::path folder, LogHeader header, LogOptions options = {});
+  ~LogWriter();
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+
+  /// By the loop: takes the record in, or drops and counts it. Its `record` number is set here.
+  void record(LogRecord& record) noexcept;
+
+  /// Writes what is left, says that the log is complete, ends the thread. Once.
+  LogTotals close();
+
+  /// False after any record was dropped or any write failed: no further treatment may start.
+  bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
+  /// In words, empty while healthy. After close().
+  const std::string& trouble() const noexcept { return trouble_; }
+  std::int64_t segments() const noexcept { return header_.segment + 1; }
+
+ private:
+  void run() noexcept;
+  std::size_t drain() noexcept;
+  void write_block(std::size_t records, std::uint32_t flags) noexcept;
+  bool write_all(const std::byte* bytes, std::size_t count) noexcept;
+  bool open_segment() noexcept;
+
+  std::filesystem::path folder_;
+  LogHeader header_;
+  LogOptions options_;
+  SpscRing<LogRecord> ring_;
+  std::vector<LogRecord> batch_;
+  std::vector<std::byte> block_;
+  int file_ = -1;
+  std::size_t segment_size_ = 0;  // bytes of complete blocks
+  std::uint64_t written_ = 0;
+  std::uint64_t lost_ = 0;  // taken from the ring, not written
+  int error_ = 0;           // errno of the first failure
+  std::string trouble_;
+  std::atomic<std::uint64_t> produced_{0};
+  std::atomic<std::uint64_t> overflow_{0};
+  std::atomic<bool> failed_{false};
+  std::atomic<bool> closing_{false};
+  std::thread thread_;
+};
+
+/// True if the folder's disk has room for so many bytes.
+bool disk_has_room(const std::filesystem::path& folder, std::uint64_t bytes) noexcept;
+
+}  // namespace photocoag

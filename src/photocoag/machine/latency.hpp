@@ -1,0 +1,36 @@
+// Role: setup; how late this machine wakes a real-time thread, as cyclictest measures it, and
+// cyclictest itself beside it. Used by `latency`, tests. Source: docs/realtime.md.
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <string_view>
+
+#include "photocoag/log/histogram.hpp"
+
+namespace photocoag {
+
+struct WakeLatency {
+  DurationHistogram histogram;
+  std::uint64_t whole_periods_missed = 0;
+  std::string scheduling;  ///< what was granted
+};
+
+/// Sleeps to absolute deadlines on a thread scheduled like the treatment loop; one entry per
+/// wake-up. Deadlines that have passed by more than a period are skipped and counted.
+WakeLatency measure_wake_latency(double seconds, double period, const std::atomic<bool>& stop);
+
+/// cyclictest of rt-tests for the same time, period and priority, at the same time. Empty
+/// histogram and a reason if it is not installed or gives nothing.
+struct CyclictestRun {
+  bool ran = false;
+  std::string command;
+  std::string why_not;
+  DurationHistogram histogram;
+};
+CyclictestRun run_cyclictest(double seconds, double period);
+
+/// Reads what `cyclictest -q -h` prints: lines "latency count", comments, overflows.
+DurationHistogram parse_cyclictest(std::string_view output, double period);
+
+}  // namespace photocoag

@@ -1,0 +1,95 @@
+#include "photocoag/run/recover.hpp"
+
+#include <algorithm>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/run/cycle_log.hpp"
+#include "photocoag/run/run_folder.hpp"
+
+namespace photocoag {
+namespace {
+
+void add(DurationHistogram& histogram, std::int64_t ns) {
+  if (ns == LogRecord::kNoTime) {
+    histogram.skip();
+  } else {
+    histogram.add(ns);
+  }
+}
+
+// Histograms have 2000 bins per ms of period: a header that promises hours is not believed.
+constexpr double kLongestPeriod = 0.1;  // s
+
+}  // namespace
+
+Treatment treatment_from(const LogContent& log) {
+  Treatment treatment;
+  treatment.recovered = !log.closed;
+  const double period = log.header.period;
+  if (period > 0.0 && period <= kLongestPeriod) treatment.histograms = CycleHistograms(period);
+  for (const LogRecord& record : log.records) {
+    treatment.records.push_back(from_log(record));
+    treatment.outcome.overruns += record.overrun != 0 ? 1 : 0;
+    add(treatment.histograms.wake_late, record.wake_late);
+    add(treatment.histograms.compute, record.compute);
+    add(treatment.histograms.write, record.write);
+    add(treatment.histograms.slack, record.slack);
+  }
+  treatment.outcome.cycles = treatment.records.size();
+  if (!log.records.empty()) {
+    const LogRecord& last = log.records.back();
+    const CycleRecord& cycle = treatment.records.back();
+    LogRecord reason;
+    reason.safety_reason = last.stop_reason;
+    treatment.outcome.safety = {.state = cycle.safety,
+                                .reason = from_log(reason).authorization.reason,
+                                .detections = last.detections,
+                                .energy = last.energy,
+                                .exposure = last.exposure,
+                                .dose = last.dose};
+    treatment.outcome.stopped = cycle.safety == SafetyState::kSafeStop ||
+                                treatment.outcome.safety.reason != SafetyReason::kNone ||
+                                cycle.decision.status == MpcStatus::kStopped;
+  }
+  treatment.full_order_states =
+      static_cast<std::size_t>(std::max<std::int64_t>(0, log.header.full_order_states));
+  treatment.log.totals = {.produced = log.totals.produced,
+                          .written = log.records.size(),
+                          .dropped = log.totals.produced - std::min<std::uint64_t>(
+                                                               log.totals.produced,
+                                                               log.records.size())};
+  treatment.log.segments = std::max<std::int64_t>(1, log.header.segment + 1);
+  if (!log.closed) treatment.log.trouble = "the log was not closed: the last 100 ms may be missing";
+  return treatment;
+}
+
+LogContent recover_run(const std::filesystem::path& folder) {
+  const std::string csv = (folder / "run.csv").string();
+  if (std::filesystem::exists(csv)) {
+    throw Error(ErrorParts{.where = csv,
+                           .problem = "there is nothing to recover",
+                           .found = "a complete run folder",
+                           .accepted = "one without run.csv"});
+  }
+  const Config config = load_config((folder / "config.toml").string(), {});
+  const std::vector<std::filesystem::path> files = segments_of(folder);
+  if (files.empty()) {
+    throw Error(ErrorParts{.where = (folder / "log").string(),
+                           .problem = "there is no log segment",
+                           .accepted = "the folder of a run that `treat` has begun"});
+  }
+  LogContent log = read_segments(files);
+  if (log.header.config_sha256 != config_sha256(config)) {
+    throw Error(ErrorParts{.where = (folder / "log").string(),
+                           .key = "config_sha256",
+                           .problem = "the log belongs to another configuration",
+                           .found = log.header.config_sha256,
+                           .accepted = config_sha256(config)});
+  }
+  Treatment treatment = treatment_from(log);
+  treatment.log.segments = static_cast<std::int64_t>(files.size());
+  write_run(folder, config, treatment);
+  return log;
+}
+
+}  // namespace photocoag

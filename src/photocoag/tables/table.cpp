@@ -1,0 +1,165 @@
+#include "photocoag/tables/table.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <iterator>
+#include <limits>
+#include <sstream>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/run/cycle_log.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
+
+/// Fields that hold numbers of an enumeration, as words; empty for others.
+std::string word_of(std::string_view field, const CycleRecord& record, const LogRecord& logged) {
+  if (field == "update_status") return std::string(to_string(record.estimate.status));
+  if (field == "solver_status") return std::string(to_string(record.decision.status));
+  if (field == "safety_reason") return std::string(to_string(record.authorization.reason));
+  if (field == "sample_verdict") return std::string(to_string(record.sample.reason));
+  if (field == "safety_state") return std::string(to_string(record.safety));
+  if (field == "stop_reason") {
+    LogRecord reason;
+    reason.safety_reason = logged.stop_reason;
+    return std::string(to_string(from_log(reason).authorization.reason));
+  }
+  return {};
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  for (std::size_t at = 0; at <= line.size();) {
+    const std::size_t comma = std::min(line.find(',', at), line.size());
+    cells.push_back(line.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return cells;
+}
+
+bool to_number(const std::string& cell, double& value) {
+  if (cell.empty()) {
+    value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc() && end == cell.data() + cell.size();
+}
+
+std::string unit_of(const std::string& name) {
+  for (const auto& [ending, unit] :
+       {std::pair<std::string_view, std::string_view>{"_K", "K"}, {"_W", "W"}, {"_s", "s"}}) {
+    if (name.ends_with(ending)) return std::string(unit);
+  }
+  return "1";
+}
+
+}  // namespace
+
+Table table_of(const LogContent& log) {
+  Table table;
+  table.about = {{"notice", std::string(kResearchNotice)},
+                 {"program", log.header.program},
+                 {"config_sha256", log.header.config_sha256},
+                 {"model_sha256", log.header.model_sha256},
+                 {"period_s", fmt::format("{}", log.header.period)},
+                 {"closed", log.closed ? "yes" : "no"},
+                 {"records_produced", fmt::format("{}", log.totals.produced)}};
+  for (std::size_t k = 0; k < kLogFields.size(); ++k) {
+    const LogField& field = kLogFields[k];
+    TableColumn column{.name = std::string(field.name), .unit = std::string(field.unit), .values = {}};
+    std::vector<double> reals;
+    std::vector<std::int64_t> integers;
+    std::vector<std::string> words;
+    for (const LogRecord& record : log.records) {
+      const auto* at = reinterpret_cast<const std::byte*>(&record) + 8 * k;
+      double real = 0.0;
+      std::int64_t integer = 0;
+      std::memcpy(&real, at, 8);
+      std::memcpy(&integer, at, 8);
+      reals.push_back(real);
+      integers.push_back(integer);
+      words.push_back(word_of(field.name, from_log(record), record));
+    }
+    if (!words.empty() && !words.front().empty()) {
+      column.values = std::move(words);
+    } else if (field.type == LogFieldType::kReal) {
+      column.values = std::move(reals);
+    } else {
+      column.values = std::move(integers);
+    }
+    table.columns.push_back(std::move(column));
+  }
+  return table;
+}
+
+Table table_of_csv(const std::filesystem::path& file) {
+  std::istringstream lines(read_file(file.string(), kLargestRun, "run.csv"));
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> names = cells_of(line);
+  std::vector<std::vector<std::string>> columns(names.size());
+  for (std::size_t number = 2; std::getline(lines, line); ++number) {
+    const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() != names.size()) {
+      throw Error(ErrorParts{.where = fmt::format("{}:{}", file.string(), number),
+                             .found = fmt::format("{} cells", cells.size()),
+                             .accepted = fmt::format("{} cells", names.size())});
+    }
+    for (std::size_t k = 0; k < cells.size(); ++k) columns[k].push_back(cells[k]);
+  }
+  Table table;
+  table.about = {{"notice", std::string(kResearchNotice)}, {"source", file.string()}};
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    std::vector<double> numbers(columns[k].size());
+    bool numeric = true;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      numeric = numeric && to_number(columns[k][i], numbers[i]);
+    }
+    TableColumn column{.name = names[k], .unit = unit_of(names[k]), .values = {}};
+    if (numeric) {
+      column.values = std::move(numbers);
+    } else {
+      column.values = std::move(columns[k]);
+    }
+    table.columns.push_back(std::move(column));
+  }
+  return table;
+}
+
+void write_csv(const std::string& file, const Table& table) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    fmt::format_to(out, "{}{}", k == 0 ? "" : ",", table.columns[k].name);
+  }
+  text += '\n';
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    for (std::size_t k = 0; k < table.columns.size(); ++k) {
+      if (k > 0) text += ',';
+      const auto& values = table.columns[k].values;
+      if (const auto* reals = std::get_if<std::vector<double>>(&values)) {
+        if (!std::isnan((*reals)[i])) fmt::format_to(out, "{}", (*reals)[i]);
+      } else if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&values)) {
+        if ((*integers)[i] != LogRecord::kNoTime) fmt::format_to(out, "{}", (*integers)[i]);
+      } else {
+        text += std::get<std::vector<std::string>>(values)[i];
+      }
+    }
+    text += '\n';
+  }
+  if (file != "-") return write_file(file, text);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw Error(ErrorParts{.where = "standard output", .problem = "cannot be written"});
+  }
+}
+
+}  // namespace photocoag

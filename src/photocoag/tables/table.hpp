@@ -1,0 +1,43 @@
+// Role: offline; a run as a table of named columns, and its ways into other programs: CSV, HDF5,
+// MAT. Used by `convert`. Source: docs/realtime.md. Units: one per column.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "photocoag/log/reader.hpp"
+
+namespace photocoag {
+
+struct TableColumn {
+  std::string name;
+  std::string unit;
+  std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
+  std::size_t size() const {
+    return std::visit([](const auto& list) { return list.size(); }, values);
+  }
+};
+
+struct Table {
+  std::vector<std::pair<std::string, std::string>> about;  ///< name, text
+  std::vector<TableColumn> columns;                        ///< all of one length
+  std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
+};
+
+/// Every field of the log, one row per cycle; enumerations as their words.
+Table table_of(const LogContent& log);
+
+/// run.csv of a run folder that has no log. Throws Error.
+Table table_of_csv(const std::filesystem::path& file);
+
+/// Replaces the file as a whole. Throws Error. A number that does not exist is an empty cell in
+/// CSV, NaN elsewhere; a missing duration INT64_MIN.
+void write_csv(const std::string& file, const Table& table);
+void write_hdf5(const std::string& file, const Table& table);
+void write_mat(const std::string& file, const Table& table);
+
+}  // namespace photocoag
