@@ -34,7 +34,7 @@ double step_cost_us(const Config& config, const ReducedModel& model, EstimatorKi
   EstimatorSettings settings = config.estimator;
   settings.kind = kind;
   AnyEstimator estimator(model, settings);
-  ReducedPlant plant(model, config.plant.absorption_factor);
+  ReducedPlant plant(model, config.plant.absorption());
   std::vector<double> us;
   for (std::uint64_t k = 0; k < 4000; ++k) {
     const double power = k < 4 ? 0.1 : 0.025;

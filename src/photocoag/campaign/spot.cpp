@@ -157,10 +157,10 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
     const auto full = std::make_shared<const FullOrderModel>(*models_.standing, tissue);
     treatment_.full_order_states = full->states();
     close_loop(FullOrderPlant(full, config_.plant.discretization, config_.control.period,
-                              config_.plant.absorption_factor));
+                              config_.plant.absorption()));
   } else {
     treatment_.full_order_states = models_.reduced_eye->full_order_states;
-    close_loop(ReducedPlant(*models_.reduced_eye, config_.plant.absorption_factor));
+    close_loop(ReducedPlant(*models_.reduced_eye, config_.plant.absorption()));
   }
 
   const RunSummaryNumbers numbers = summarize(config_, treatment_);

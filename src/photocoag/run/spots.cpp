@@ -40,7 +40,8 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
                        double limit, std::uint64_t seed) {
   Controller controller(model, config.control, config.estimator);
   SimulatedEye<FullOrderPlant> eye(
-      FullOrderPlant(eye_model, config.plant.discretization, config.control.period, alpha),
+      FullOrderPlant(eye_model, config.plant.discretization, config.control.period,
+                     {alpha, config.plant.choroid_factor}),
       config.plant.noise, seed,
       {.delay = config.control.delay,
        .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});

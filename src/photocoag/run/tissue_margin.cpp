@@ -67,7 +67,9 @@ double highest_peak(const Config& config, const ReducedModel& model,
                     const std::shared_ptr<const FullOrderModel>& eye_model, double alpha) {
   Controller controller(model, config.control, config.estimator);
   SimulatedEye<FullOrderPlant> eye(
-      FullOrderPlant(eye_model, config.plant.discretization, config.control.period, alpha), 0.0, 0,
+      FullOrderPlant(eye_model, config.plant.discretization, config.control.period,
+                     {alpha, config.estimator.choroid_initial}),
+      0.0, 0,
       {.delay = config.control.delay});
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};

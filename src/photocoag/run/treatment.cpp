@@ -136,12 +136,12 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
     treatment.full_order_states = full->states();
     run(config, model, controller,
         FullOrderPlant(full, config.plant.discretization, config.control.period,
-                       config.plant.absorption_factor),
+                       config.plant.absorption()),
         pacing, stop, progress, treatment);
   } else {
     treatment.full_order_states = model.full_order_states;
     run(config, model, controller,
-        ReducedPlant(models.plant_reduced(), config.plant.absorption_factor), pacing, stop,
+        ReducedPlant(models.plant_reduced(), config.plant.absorption()), pacing, stop,
         progress, treatment);
   }
   return treatment;

@@ -85,11 +85,11 @@ Trajectory run_once(const Config& config, const ModelPool::Models& models, std::
   if (models.full) {
     return closed_loop(config, models.reduced,
                        FullOrderPlant(models.full, config.plant.discretization,
-                                      config.control.period, config.plant.absorption_factor),
+                                      config.control.period, config.plant.absorption()),
                        seed, first_power);
   }
   return closed_loop(config, models.reduced,
-                     ReducedPlant(*models.plant, config.plant.absorption_factor), seed,
+                     ReducedPlant(*models.plant, config.plant.absorption()), seed,
                      first_power);
 }
 
