@@ -130,6 +130,11 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
                treatment.records.back().estimate.absorption_factor, config.plant.absorption_factor,
                100.0 * numbers.absorption_error_final);
   }
+  if (numbers.choroid_error_final) {
+    fmt::print(stderr, "          choroid factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
+               treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
+               100.0 * *numbers.choroid_error_final);
+  }
   fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
              treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);

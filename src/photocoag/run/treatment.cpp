@@ -84,8 +84,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
     Unsupervised none;
     return run_under(none, config, controller, eye, pacing, stop, progress, treatment);
   }
-  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
-                                                             config.estimator.absorption_max));
+  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
   supervisor.power_on();
   const SelfTestReport report = self_test(cold, config.control.delay);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {

@@ -182,8 +182,7 @@ Bench make_bench(ModelStore& models, const Config& config) {
   const ReducedModel& model = models.reduced();
   Bench bench{.config = config,
               .model = model,
-              .witness = witness_model(model, config.estimator.absorption_min,
-                                       config.estimator.absorption_max),
+              .witness = witness_model(model, config.estimator),
               .eye = FullOrderPlant(models.plant_full(), config.plant.discretization,
                                     config.control.period, config.plant.absorption()),
               .controller = Controller(model, config.control, config.estimator)};
