@@ -34,7 +34,7 @@ void treat_once(Contender& contender, std::uint64_t seed, std::vector<double>* e
   const Config& config = contender.config;
   Controller controller(contender.model, config.control, config.estimator);
   SimulatedEye eye(FullOrderPlant(full, config.plant.discretization, config.control.period,
-                                  config.plant.absorption_factor),
+                                  config.plant.absorption()),
                    config.plant.noise, seed);
   Decision decision = controller.decide();
   for (int cycle = 0; cycle < kCycles; ++cycle) {

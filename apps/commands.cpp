@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
@@ -60,10 +61,33 @@ void print_error_report(const ReducedModel& model) {
   fmt::print(
       stderr,
       "model     {}{}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
-      "volume temperature (absorption factor {:g} to {:g})\n",
+      "volume temperature (absorption factor {:g} to {:g}{})\n",
       model.method, model.refinement == "none" ? "" : ", refined", model.order(),
       model.period * 1e3, 100.0 * model.error.peak_max(), 100.0 * model.error.volume_max(),
-      model.absorption_min, model.absorption_max);
+      model.absorption_min, model.absorption_max,
+      model.parameters == 1
+          ? ""
+          : fmt::format(", choroid factor {:g} to {:g}", model.choroid_min, model.choroid_max));
+}
+
+// One line per alpha; with two parameters one per beta, the worst of all alpha.
+void print_error_table(const ErrorReport& error) {
+  const bool two = !error.choroid_factors.empty();
+  fmt::print(stderr,
+             "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
+             two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "",
+             error.duration * 1e3);
+  const std::vector<double>& along = two ? error.choroid_factors : error.absorption_factors;
+  for (std::size_t i = 0; i < along.size();) {
+    const double at = along[i];
+    double peak = 0.0;
+    double volume = 0.0;
+    for (; i < along.size() && along[i] == at; ++i) {
+      peak = std::max(peak, error.peak[i]);
+      volume = std::max(volume, error.volume[i]);
+    }
+    fmt::print(stderr, "{:5.2f}     {:12.3f}  {:14.3f}\n", at, 100.0 * peak, 100.0 * volume);
+  }
 }
 
 void print_certificate(const ReducedModel& model, const FullOrderModel& full) {
@@ -105,6 +129,11 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
     fmt::print(stderr, "\n          absorption factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
                treatment.records.back().estimate.absorption_factor, config.plant.absorption_factor,
                100.0 * numbers.absorption_error_final);
+  }
+  if (numbers.choroid_error_final) {
+    fmt::print(stderr, "          choroid factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
+               treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
+               100.0 * *numbers.choroid_error_final);
   }
   fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
              treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
@@ -196,17 +225,17 @@ int response(const ResponseOptions& options) {
   }
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   std::vector<Outputs> outputs;
-  const double alpha = config.plant.absorption_factor;
+  const AbsorptionFactors absorption = config.plant.absorption();
   if (options.model == "full") {
     FullOrderPlant plant(models.plant_full(), config.plant.discretization, config.control.period,
-                         alpha, 0.0);
+                         absorption, 0.0);
     outputs = sample_step_response(plant, config.plant.discretization, config.control.period,
                                    options.power, options.times);
   } else {
     const ReducedModel model =
         options.rom.empty() ? models.reduced() : load_reduced_model(options.rom);
     clear_progress();
-    ReducedPlant plant(model, alpha);
+    ReducedPlant plant(model, absorption);
     outputs = sample_step_response(plant, model.discretization, model.period, options.power,
                                    options.times);
   }
@@ -240,14 +269,7 @@ int reduce_command(const ReduceOptions& options) {
              full->grid().radial.cells(), full->grid().axial.cells());
   print_error_report(model);
   print_certificate(model, *full);
-  fmt::print(
-      stderr,
-      "alpha     peak error %  volume error %   (constant and random on/off power, {:g} ms)\n",
-      model.error.duration * 1e3);
-  for (std::size_t i = 0; i < model.error.peak.size(); ++i) {
-    fmt::print(stderr, "{:5.2f}     {:12.3f}  {:14.3f}\n", model.error.absorption_factors[i],
-               100.0 * model.error.peak[i], 100.0 * model.error.volume[i]);
-  }
+  print_error_table(model.error);
   if (options.out != "-") fmt::print(stderr, "written   {}\n", options.out);
   return 0;
 }
@@ -259,7 +281,7 @@ int boundaries(const CommonOptions& options) {
   constexpr double kLarge = 0.01;
   const std::vector<double> times = {0.1, 0.4, kSteady};
   const std::vector<BoundaryEffect> effects =
-      boundary_effects(config.tissue, config.grid, config.plant.absorption_factor, times);
+      boundary_effects(config.tissue, config.grid, config.plant.absorption(), times);
   fmt::print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
   fmt::print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
   bool large = false;

@@ -63,7 +63,9 @@ struct SpotsOptions : CommonOptions {
 
 struct EstimationOptions : CommonOptions {
   int seeds = 200;
-  std::string csv;  ///< file; - is standard output; may be empty
+  std::string csv;       ///< file; - is standard output; may be empty
+  bool compare = false;  ///< filter against moving horizon, one and two unknowns
+  std::string out;       ///< of the comparison: folder for figure and CSV; may be empty
 };
 
 struct FaultsOptions {
@@ -116,6 +118,7 @@ int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
 int spots_command(const SpotsOptions& options);
 int estimation(const EstimationOptions& options);
+int compare_estimators(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
 int doctor_command(const DoctorOptions& options);

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "commands.hpp"
+#include "estimation_cost.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -28,27 +29,6 @@ void print_row(std::string_view name, const EstimationCycle& mean, double period
              100.0 * mean.rejected);
 }
 
-// Median of predict and update together over one open-loop treatment, us.
-double step_cost_us(const Config& config, const ReducedModel& model, EstimatorKind kind) {
-  using Clock = std::chrono::steady_clock;
-  EstimatorSettings settings = config.estimator;
-  settings.kind = kind;
-  AnyEstimator estimator(model, settings);
-  ReducedPlant plant(model, config.plant.absorption_factor);
-  std::vector<double> us;
-  for (std::uint64_t k = 0; k < 4000; ++k) {
-    const double power = k < 4 ? 0.1 : 0.025;
-    plant.step(power);
-    const double noise = config.plant.noise * standard_normal(1, k, RandomStream::kStudy);
-    const auto begin = Clock::now();
-    estimator.predict(power);
-    estimator.update(plant.outputs().volume + noise);
-    us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
-  }
-  std::nth_element(us.begin(), us.begin() + 2000, us.end());
-  return us[2000];
-}
-
 std::string csv(const std::vector<EstimationStatistics>& all, double period) {
   std::string text =
       "scenario,time_s,nis,nees,nees_alpha,nees_peak,rms_alpha_relative,sigma_alpha,rms_peak_K,"
@@ -66,7 +46,35 @@ std::string csv(const std::vector<EstimationStatistics>& all, double period) {
 
 }  // namespace
 
+double estimator_cost_us(const Config& config, const ReducedModel& model,
+                         const EstimatorSettings& settings) {
+  using Clock = std::chrono::steady_clock;
+  AnyEstimator estimator(model, settings);
+  ReducedPlant plant(model, config.plant.absorption());
+  std::vector<double> us;
+  for (std::uint64_t k = 0; k < 4000; ++k) {
+    const double power = k < 4 ? 0.1 : 0.025;
+    plant.step(power);
+    const double noise = config.plant.noise * standard_normal(1, k, RandomStream::kStudy);
+    const auto begin = Clock::now();
+    estimator.predict(power);
+    estimator.update(plant.outputs().volume + noise);
+    us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+  }
+  std::nth_element(us.begin(), us.begin() + 2000, us.end());
+  return us[2000];
+}
+
+void write_csv(const std::string& path, const std::string& text) {
+  if (path == "-") {
+    fmt::print("{}", text);
+  } else {
+    write_file(path, text);
+  }
+}
+
 int estimation(const EstimationOptions& options) {
+  if (options.compare) return compare_estimators(options);
   const Config config = load_config(options.config, options.set);
   ModelStore models(config, !options.no_cache);
   const double period = config.control.period;
@@ -93,17 +101,14 @@ int estimation(const EstimationOptions& options) {
     }
     print_row("", one.mean(0, cycles), period, 0, cycles);
   }
+  const auto cost = [&](EstimatorKind kind) {
+    EstimatorSettings settings = config.estimator;
+    settings.kind = kind;
+    return estimator_cost_us(config, models.reduced(), settings);
+  };
   fmt::print("\none sample, median: ekf {:.2f} us, mhe with a window of {} {:.2f} us\n",
-             step_cost_us(config, models.reduced(), EstimatorKind::kEkf), config.estimator.window,
-             step_cost_us(config, models.reduced(), EstimatorKind::kMhe));
-  if (!options.csv.empty()) {
-    const std::string text = csv(all, period);
-    if (options.csv == "-") {
-      fmt::print("{}", text);
-    } else {
-      write_file(options.csv, text);
-    }
-  }
+             cost(EstimatorKind::kEkf), config.estimator.window, cost(EstimatorKind::kMhe));
+  if (!options.csv.empty()) write_csv(options.csv, csv(all, period));
   return 0;
 }
 

@@ -77,12 +77,12 @@ std::string thin_matrix(const std::vector<Eigen::VectorXd>& vectors, bool as_row
 std::string validation_csv(const ValidationRun& run, double period) {
   std::string csv = "signal,time_s,power_W";
   for (const char* output : {"peak", "volume"}) {
-    for (const double alpha : run.absorption_factors) {
-      fmt::format_to(std::back_inserter(csv), ",{}_K_alpha_{}", output, alpha);
+    for (const AbsorptionFactors& at : run.factors) {
+      fmt::format_to(std::back_inserter(csv), ",{}_K_alpha_{}", output, at.alpha);
     }
   }
   csv += '\n';
-  const std::size_t count = run.absorption_factors.size();
+  const std::size_t count = run.factors.size();
   for (std::size_t s = 0; s < run.powers.size(); ++s) {
     for (std::size_t k = 0; k < run.powers[s].size(); ++k) {
       fmt::format_to(std::back_inserter(csv), "{},{},{}", s == 0 ? "constant" : "on-off",
@@ -115,14 +115,16 @@ int export_command(const ExportOptions& options) {
   check_run_folder(folder);
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
   const SparseSystem system = assemble_sparse_system(*full);
+  const double beta = config.plant.choroid_factor;
   std::vector<Eigen::VectorXd> inputs;
   std::vector<Eigen::VectorXd> outputs = {peak_of_cells(*full)};
   for (const double alpha : options.absorption_factors) {
-    inputs.emplace_back(system.E.cwiseProduct(input_of_cells(*full, alpha)));
-    outputs.push_back(volume_of_cells(*full, alpha));
+    inputs.emplace_back(system.E.cwiseProduct(input_of_cells(*full, {alpha, beta})));
+    outputs.push_back(volume_of_cells(*full, {alpha, beta}));
   }
   ValidationSettings validation;
   validation.absorption_factors = options.absorption_factors;
+  validation.choroid_factors = {beta};
   const ValidationRun run =
       validation_run(full, config.model.discretization, config.control.period, validation);
 

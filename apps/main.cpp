@@ -239,9 +239,18 @@ int run_command(int argc, char** argv) {
       ->add_option("--csv", estimation_options.csv,
                    "also every cycle's figures; - is standard output")
       ->type_name("FILE");
+  estimation_app->add_flag(
+      "--compare", estimation_options.compare,
+      "instead: filter against moving horizon for one and two unknown absorption factors");
+  estimation_app
+      ->add_option("--out", estimation_options.out,
+                   "with --compare: new folder for its CSV and figure")
+      ->needs("--compare")
+      ->type_name("DIR");
   estimation_app->footer(
       footer("  photocoag estimation\n"
              "  photocoag estimation --seeds 1000 --set estimator.power_process_noise_W=0\n"
+             "  photocoag estimation --compare --config configs/two-unknowns.toml --out runs/mhe\n"
              "Eyes have the tissue of [plant]; their absorption factors are drawn."));
   estimation_app->callback([&] { exit_code = estimation(estimation_options); });
 

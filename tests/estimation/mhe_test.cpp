@@ -10,6 +10,7 @@
 #include "estimation/test_models.hpp"
 #include "photocoag/estimation/ekf.hpp"
 #include "support/heap_guard.hpp"
+#include "support/tissues.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -143,19 +144,14 @@ TEST(MovingHorizon, DoesNotDependOnTheReducedStatesScale) {
   }
 }
 
-/// A model whose choroid is scaled by beta. Its accuracy over beta plays no part: eye and model are
-/// the same.
+/// A model whose choroid is scaled by beta. Eye and model are the same.
 const ReducedModel& model_with_beta() {
   static const ReducedModel model = [] {
-    Tissue tissue;
-    tissue.layers[3].scaled_by_beta = true;
-    const FullOrderModel full(tissue, {.min_cells = 4000});
+    const FullOrderModel full(testing::with_beta(), {.min_cells = 4000});
     ReductionSettings settings;
     settings.refinement = Refinement::kNone;
-    ReducedModel made =
-        project_model(full, reduction_space(full), settings, 1e-3, Discretization::kZeroOrderHold);
-    made.parameters = 2;
-    return made;
+    return project_model(full, reduction_space(full), settings, 1e-3,
+                         Discretization::kZeroOrderHold);
   }();
   return model;
 }
@@ -164,7 +160,7 @@ template <typename E>
 double final_error(const EstimatorSettings& settings, double alpha, double beta,
                    std::uint64_t seed) {
   E estimator(model_with_beta(), settings);
-  ReducedPlant plant(model_with_beta(), alpha, beta);
+  ReducedPlant plant(model_with_beta(), {alpha, beta});
   Draw draw(seed);
   for (int k = 0; k < 1500; ++k) {
     const double power = k % 300 < 200 ? 0.04 : 0.0;
@@ -181,7 +177,7 @@ double final_error(const EstimatorSettings& settings, double alpha, double beta,
 }
 
 TEST(TwoUnknowns, BothEstimatorsFindAlphaAndBetaOfAMatchedEye) {
-  const EstimatorSettings settings{.power_process_noise = 1e-5, .unknowns = Unknowns::kRpeChoroid};
+  const EstimatorSettings settings{.power_process_noise = 1e-5, .unknowns = Unknowns::kRpeAndChoroid};
   for (const double beta : {0.7, 1.0, 1.4}) {
     final_error<ExtendedKalmanFilter>(settings, 0.9, beta, 3);
     final_error<MovingHorizonEstimator>(settings, 0.9, beta, 3);
@@ -189,7 +185,7 @@ TEST(TwoUnknowns, BothEstimatorsFindAlphaAndBetaOfAMatchedEye) {
 }
 
 TEST(TwoUnknowns, GradientsAndCovarianceAreConsistent) {
-  EstimatorSettings settings{.unknowns = Unknowns::kRpeChoroid};
+  EstimatorSettings settings{.unknowns = Unknowns::kRpeAndChoroid};
   MovingHorizonEstimator mhe(model_with_beta(), settings);
   for (int k = 0; k < 30; ++k) {
     mhe.predict(0.03);
@@ -211,7 +207,7 @@ TEST(TwoUnknowns, GradientsAndCovarianceAreConsistent) {
 }
 
 TEST(TwoUnknowns, AModelWithOneParameterIsRefused) {
-  const EstimatorSettings settings{.unknowns = Unknowns::kRpeChoroid};
+  const EstimatorSettings settings{.unknowns = Unknowns::kRpeAndChoroid};
   EXPECT_THROW(ExtendedKalmanFilter(model_1khz(), settings), std::exception);
   EXPECT_THROW(MovingHorizonEstimator(model_1khz(), settings), std::exception);
 }

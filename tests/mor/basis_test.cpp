@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-const std::vector<double> kAlphas = {0.25, 0.4, 0.6, 0.9, 1.4, 2.0};
+const std::vector<AbsorptionFactors> kAlphas = {0.25, 0.4, 0.6, 0.9, 1.4, 2.0};
 
 std::shared_ptr<const FullOrderModel> model_of(const Tissue& tissue, std::size_t cells = 5000) {
   return std::make_shared<const FullOrderModel>(tissue, GridSettings{.min_cells = cells});

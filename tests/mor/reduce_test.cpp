@@ -101,8 +101,8 @@ TEST(Reduce, DeimAddsNextToNothing) {
     const ReducedModel model =
         reduce(full, {.refinement = Refinement::kNone}, 1e-3, Discretization::kZeroOrderHold);
     // The alphas of reduce(); the space they span is the same to 1e-5 for any such choice.
-    std::vector<double> alphas;
-    for (int i = 0; i < 8; ++i) alphas.push_back(0.25 * std::pow(8.0, i / 7.0));
+    std::vector<AbsorptionFactors> alphas;
+    for (int i = 0; i < 8; ++i) alphas.emplace_back(0.25 * std::pow(8.0, i / 7.0));
     const ImpulseSpace space = impulse_space(*full, alphas);
     const MatrixXd basis = pod_basis(*full, space, model.order());
     ReducedModel exact =

@@ -187,7 +187,7 @@ TEST(RefusedModel, WrongContentWithAFittingChecksum) {
       {"another order", "order", [](Json& j) { j["order"] = 5; }},
       {"another parameter", "parameters[0].name",
        [](Json& j) { j["parameters"][0]["name"] = "beta"; }},
-      {"two parameters", "parameters",
+      {"the same parameter twice", "parameters[1].name",
        [](Json& j) { j["parameters"].push_back(j["parameters"][0]); }},
       {"no parameter", "parameters", [](Json& j) { j["parameters"] = Json::array(); }},
       {"empty range", "parameters[0].max", [](Json& j) { j["parameters"][0]["max"] = 0.3; }},

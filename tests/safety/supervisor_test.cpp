@@ -51,7 +51,7 @@ struct Bench {
 };
 
 TEST(SupervisorStates, OnlyTreatingEmits) {
-  const WitnessModel witness = witness_model(model_1khz(), 0.2, 2.0);
+  const WitnessModel witness = witness_model(model_1khz());
   Supervisor s(SafetyLimits{}, witness);
   const ControllerReport wants{.command = 0.02, .absorption = 1.0};
   EXPECT_EQ(s.authorize(wants).power, 0.0) << "OFF";
@@ -72,7 +72,7 @@ TEST(SupervisorStates, OnlyTreatingEmits) {
 }
 
 TEST(SupervisorStates, EveryPartOfTheSelfTestCanRefuse) {
-  const WitnessModel witness = witness_model(model_1khz(), 0.2, 2.0);
+  const WitnessModel witness = witness_model(model_1khz());
   const auto passes = [&](auto spoil) {
     Supervisor s(SafetyLimits{}, witness);
     s.power_on();
@@ -133,7 +133,7 @@ TEST(SupervisorStates, ReleasedFootSwitchIsStandby) {
 
 TEST(SupervisorGate, AMillionWildCyclesWriteNothingBad) {
   // Any bit pattern in every number that comes from outside; restarted whenever it has stopped.
-  const WitnessModel witness = witness_model(model_1khz(), 0.2, 2.0);
+  const WitnessModel witness = witness_model(model_1khz());
   SafetyLimits limits;
   limits.power_rise_max = 0.03;
   Draw draw(7);
@@ -272,7 +272,7 @@ TEST(SupervisorHeap, NothingIsAllocatedInAnyBranch) {
 }
 
 TEST(Witness, AgreesWithTheModelItWasMadeFrom) {
-  const WitnessModel model = witness_model(model_1khz(), 0.2, 2.0);
+  const WitnessModel model = witness_model(model_1khz());
   for (const std::size_t j : {0U, 20U, 47U}) {
     ReducedPlant eye(model_1khz(), model.absorption[j]);
     std::array<double, kWitnessModes> lag{};
@@ -294,7 +294,7 @@ TEST(Witness, AgreesWithTheModelItWasMadeFrom) {
 }
 
 TEST(Witness, FindsTheAbsorptionFromAbove) {
-  const WitnessModel model = witness_model(model_1khz(), 0.2, 2.0);
+  const WitnessModel model = witness_model(model_1khz());
   Witness witness(model, 0.288, 0.01);
   EXPECT_EQ(witness.absorption_high(), 2.0) << "nothing known: the worst";
   ReducedPlant eye(model_1khz(), 0.9);

@@ -18,7 +18,8 @@ inline SelfTestReport good_self_test() {
 
 inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits limits = {}) {
   limits.period = model.period;
-  Supervisor supervisor(limits, witness_model(model, limits.absorption_min, limits.absorption_max));
+  Supervisor supervisor(limits, witness_model(model, {.absorption_min = limits.absorption_min,
+                                             .absorption_max = limits.absorption_max}));
   supervisor.power_on();
   supervisor.finish_self_test(good_self_test());
   supervisor.ready();

@@ -16,6 +16,14 @@ inline Tissue literature_choroid() {
   return tissue;
 }
 
+/// The choroid's absorption times beta: two parameters.
+inline Tissue with_beta(Tissue tissue = {}) {
+  for (Layer& layer : tissue.layers) {
+    if (layer.name == "choroid") layer.scaled_by_beta = true;
+  }
+  return tissue;
+}
+
 /// 2 mm of vitreous in front, a thick sclera behind.
 inline Tissue with_vitreous() {
   Tissue tissue;

@@ -113,6 +113,13 @@ void Config::validate() const {
   require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
   require_between(plant.noise, 0.0, 20.0, "plant.noise_K");
   plant.tissue.validate("plant.tissue");
+  require_between(plant.choroid_factor, 0.05, 20.0, "plant.choroid_factor");
+  require(plant.choroid_factor == 1.0 || plant.tissue.two_parameters(), "plant.choroid_factor",
+          plant.choroid_factor,
+          "1, or an absorbing layer with scaled_by = \"beta\": nothing else depends on it");
+  require(estimator.unknowns == Unknowns::kRpe || !model.file.empty() || tissue.two_parameters(),
+          "estimator.unknowns", std::string_view("rpe-and-choroid"),
+          "\"rpe\", or an absorbing layer of [tissue] with scaled_by = \"beta\"");
   require(run.duration >= control.period && run.duration <= kLongestRun, "run.duration_ms",
           run.duration * 1e3,
           fmt::format("from one period, control.period_ms = {} ms, to {} ms", control.period * 1e3,

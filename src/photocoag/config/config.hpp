@@ -13,6 +13,7 @@
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/mpc/settings.hpp"
 #include "photocoag/safety/settings.hpp"
+#include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
@@ -37,11 +38,14 @@ enum class ZeroPowerSample {
 struct PlantSettings {
   PlantModel model = PlantModel::kFull;
   double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
+  double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 unless a layer is scaled by it
   double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
   ZeroPowerSample zero_power_sample = ZeroPowerSample::kMeasured;
   Discretization discretization = Discretization::kZeroOrderHold;
   Tissue tissue;                ///< [tissue] with the differences of [plant.tissue] applied
   bool tissue_differs = false;  ///< true if [plant.tissue] was given
+
+  AbsorptionFactors absorption() const noexcept { return {absorption_factor, choroid_factor}; }
   bool operator==(const PlantSettings&) const = default;
 };
 

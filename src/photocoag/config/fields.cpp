@@ -130,7 +130,17 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
               "sample"),
        number(key("outlier_sigma"), s.outlier_sigma, kOne, {0, 100},
               "a sample this many standard deviations from its prediction is rejected, and the "
-              "gate doubles with each; 0: never, else from 3")});
+              "gate doubles with each; 0: never, else from 3"),
+       word(key("unknowns"), s.unknowns, {"rpe", "rpe-and-choroid"},
+            "alpha, or alpha and beta, which needs a layer with scaled_by = \"beta\""),
+       number(key("choroid_initial"), s.choroid_initial, kOne, {0.05, 20},
+              "beta before the first sample; constant where it is not estimated"),
+       number(key("choroid_sigma_initial"), s.choroid_sigma_initial, kOne, {0, 2, true},
+              "its standard deviation"),
+       number(key("choroid_min"), s.choroid_min, kOne, {0.05, 20}, "beta is kept at or above"),
+       number(key("choroid_max"), s.choroid_max, kOne, {0.05, 20}, "beta is kept at or below"),
+       number(key("choroid_process_noise"), s.choroid_process_noise, kOne, {0, 0.1},
+              "standard deviation added to beta per control sample")});
 }
 
 void add_safety(SafetySettings& s, std::vector<Field>& list) {
@@ -170,7 +180,11 @@ void add_model(ModelSettings& s, std::vector<Field>& list) {
             {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
             "of inputs and volume output on alpha; method \"taylor\" uses its own series"),
        integer("model.parameter_terms", s.reduction.parameter_terms, 0, 12,
-               "its number of terms; 0: 8 for \"chebyshev\", else 5")});
+               "its number of terms; 0: 8 for \"chebyshev\", else 5; with beta 12 and 8"),
+       number("model.choroid_min", s.reduction.choroid_min, kOne, {0.05, 20},
+              "the model is made and its error measured for beta from here"),
+       number("model.choroid_max", s.reduction.choroid_max, kOne, {0.05, 20},
+              "to here; beta counts where a layer has scaled_by = \"beta\"")});
 }
 
 void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
@@ -207,8 +221,8 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
        Field{
            key("layers"), LayersField{&t.layers},
            "1 to 32, in the order in which the light meets them; thickness above 0, at most "
-           "20000 um;\nabsorption 0 to 1e7 1/m, times alpha where scaled_by = \"alpha\". Optional: "
-           "conductivity_W_per_mK,\ndensity_kg_per_m3, heat_capacity_J_per_kgK (else the "
+           "20000 um;\nabsorption 0 to 1e7 1/m, times alpha or beta where scaled_by = \"alpha\" or "
+           "\"beta\".\nOptional: conductivity_W_per_mK, density_kg_per_m3, heat_capacity_J_per_kgK (else the "
            "tissue's), "
            "perfusion_W_per_m3K (else 0; 0 to 1e8)"}});
 }
@@ -219,6 +233,8 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
       {word("plant.model", s.model, {"full", "reduced"},
             "the full-order model of [grid], or a reduced one"),
        number("plant.absorption_factor", s.absorption_factor, kOne, {0.05, 5}, "the true alpha"),
+       number("plant.choroid_factor", s.choroid_factor, kOne, {0.05, 20},
+              "the true beta; 1 unless a layer has scaled_by = \"beta\""),
        number("plant.noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample"),
        word("plant.zero_power_sample", s.zero_power_sample, {"measured", "missing"},
             "missing: a single laser measures only while it emits; then see control.power_min_W"),
@@ -303,8 +319,18 @@ std::vector<Field> layer_fields(Layer& layer, const std::string& prefix) {
                  "thickness"),
           number(prefix + ".absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7},
                  "absorption coefficient"),
-          word(prefix + ".scaled_by", layer.scaled_by_alpha, {"none", "alpha"},
-               "alpha: multiplied by it"),
+          Field{prefix + ".scaled_by",
+                WordField{{"none", "alpha", "beta"},
+                          [&layer] {
+                            return layer.scaled_by_alpha ? std::size_t{1}
+                                                         : std::size_t{layer.scaled_by_beta ? 2U : 0U};
+                          },
+                          [&layer](std::size_t index) {
+                            layer.scaled_by_alpha = index == 1;
+                            layer.scaled_by_beta = index == 2;
+                          },
+                          {}},
+                "alpha, beta: multiplied by it"},
           optional_number(prefix + ".conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
                           {0, 1e3, true}, "thermal; else the tissue's"),
           optional_number(prefix + ".density_kg_per_m3", layer.density, {"kg/m3"}, {0, 1e5, true},

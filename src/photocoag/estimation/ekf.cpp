@@ -12,7 +12,7 @@ namespace photocoag {
 void require_parameters(const ReducedModel& model, const EstimatorSettings& settings) {
   settings.validate();
   require(model.parameters >= settings.unknown_count(), "estimator.unknowns",
-          std::string_view("\"rpe-choroid\""),
+          std::string_view("\"rpe-and-choroid\""),
           "\"rpe\", or a model with both parameters: a [tissue] with a layer that has scaled_by = "
           "\"beta\"");
 }

@@ -11,7 +11,7 @@ enum class EstimatorKind {
 
 enum class Unknowns {
   kRpe,         ///< alpha
-  kRpeChoroid,  ///< alpha and beta; needs a model with both
+  kRpeAndChoroid,  ///< alpha and beta; needs a model with both
 };
 
 inline constexpr int kMaxWindow = 50;  // samples of the moving horizon

@@ -225,9 +225,11 @@ void FullOrderModel::set_absorption_and_beam() {
   peak_axial_ = axial_.project_functional(depth_evaluation(grid_.axial, tissue_.peak_depth()));
 }
 
-VectorXd FullOrderModel::axial_source(double alpha) const {
+VectorXd FullOrderModel::axial_source(AbsorptionFactors at) const {
   VectorXd absorbed(axial_.size());
-  for (Index j = 0; j < axial_.size(); ++j) absorbed[j] = cell_absorption_[j].evaluate(alpha).value;
+  for (Index j = 0; j < axial_.size(); ++j) {
+    absorbed[j] = cell_absorption_[j].evaluate(at.alpha, at.beta).value;
+  }
   return axial_source(absorbed);
 }
 
@@ -235,16 +237,16 @@ VectorXd FullOrderModel::axial_source(const VectorXd& absorbed_per_cell) const {
   return axial_.project_functional(absorbed_per_cell);
 }
 
-double FullOrderModel::volume_norm(double alpha) const noexcept {
+double FullOrderModel::volume_norm(AbsorptionFactors at) const noexcept {
   return tissue_.volume_temperature == VolumeTemperature::kNormalized
-             ? whole_absorption_.evaluate(alpha).value
+             ? whole_absorption_.evaluate(at.alpha, at.beta).value
              : 1.0;
 }
 
-OutputWeights FullOrderModel::output_weights(double alpha) const {
-  const VectorXd source = axial_source(alpha);
+OutputWeights FullOrderModel::output_weights(AbsorptionFactors at) const {
+  const VectorXd source = axial_source(at);
   return {input_gain() * peak_axial_.cwiseProduct(source),
-          (input_gain() / volume_norm(alpha)) * source.cwiseAbs2()};
+          (input_gain() / volume_norm(at)) * source.cwiseAbs2()};
 }
 
 }  // namespace photocoag

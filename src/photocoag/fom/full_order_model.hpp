@@ -87,18 +87,18 @@ class FullOrderModel {
 
   /// Absorbed fraction of each axial cell: s_j(alpha) of (E3), exact cell integrals.
   const std::vector<AbsorbedFraction>& cell_absorption() const noexcept { return cell_absorption_; }
-  /// Axial coordinates of the source: U' M^(-1/2) s(alpha). Allocates.
-  Eigen::VectorXd axial_source(double alpha) const;
+  /// Axial coordinates of the source: U' M^(-1/2) s(alpha, beta). Allocates.
+  Eigen::VectorXd axial_source(AbsorptionFactors at) const;
   /// Coordinates of any per-cell absorbed fractions.
   Eigen::VectorXd axial_source(const Eigen::VectorXd& absorbed_per_cell) const;
 
-  /// Weights for a stepper's profiles: (E5), (E6) for this alpha, commanded power in W. Allocates.
-  OutputWeights output_weights(double alpha) const;
+  /// Weights for a stepper's profiles: (E5), (E6) for these factors, commanded power in W. Allocates.
+  OutputWeights output_weights(AbsorptionFactors at) const;
   /// From commanded power to heating: transmission / (rho C_p), K m3/J, if separable; otherwise
   /// transmission, since the axial coordinates hold rho C_p.
   double input_gain() const noexcept { return input_gain_; }
   /// What the volume output's weight is divided by: 1, or the absorbed fraction if normalised.
-  double volume_norm(double alpha) const noexcept;
+  double volume_norm(AbsorptionFactors at) const noexcept;
 
  private:
   // Sources, outputs and beam of tissue_ on the grid and its modes.

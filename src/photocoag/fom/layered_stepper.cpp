@@ -35,10 +35,11 @@ void nonzero_range(const VectorXd& values, Index& first, Index& last) {
 }  // namespace
 
 LayeredStepper::LayeredStepper(std::shared_ptr<const FullOrderModel> model,
-                               Discretization discretization, double period, double alpha,
-                               double negligible_decay)
-    : LayeredStepper(model, discretization, period, model->axial_source(alpha), negligible_decay) {
-  volume_norm_ = model_->volume_norm(alpha);
+                               Discretization discretization, double period,
+                               AbsorptionFactors absorption, double negligible_decay)
+    : LayeredStepper(model, discretization, period, model->axial_source(absorption),
+                     negligible_decay) {
+  volume_norm_ = model_->volume_norm(absorption);
   steady_gain_.volume /= volume_norm_;
 }
 

@@ -28,9 +28,9 @@ namespace photocoag {
 /// the power went off are zero from then on, until there is power again.
 class LayeredStepper {
  public:
-  /// The source of one alpha. negligible_decay = 0 steps every mode.
+  /// The source of one alpha and beta. negligible_decay = 0 steps every mode.
   LayeredStepper(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
-                 double period, double alpha, double negligible_decay = 1e-12);
+                 double period, AbsorptionFactors absorption, double negligible_decay = 1e-12);
   /// Any source by its axial coordinates; the volume output has the same weight, not normalised.
   /// Throws Error if the model is separable.
   LayeredStepper(std::shared_ptr<const FullOrderModel> model, Discretization discretization,

@@ -105,9 +105,9 @@ SparseSystem assemble_sparse_system(const FullOrderModel& model) {
   return system;
 }
 
-VectorXd input_of_cells(const FullOrderModel& model, double alpha) {
+VectorXd input_of_cells(const FullOrderModel& model, AbsorptionFactors at) {
   return model.input_gain() * outer(model.radial().to_cells(model.beam()),
-                                    model.axial().to_cells(model.axial_source(alpha)));
+                                    model.axial().to_cells(model.axial_source(at)));
 }
 
 VectorXd peak_of_cells(const FullOrderModel& model) {
@@ -115,13 +115,13 @@ VectorXd peak_of_cells(const FullOrderModel& model) {
                functional_of_cells(model.axial(), model.peak_axial()));
 }
 
-VectorXd volume_of_cells(const FullOrderModel& model, double alpha) {
+VectorXd volume_of_cells(const FullOrderModel& model, AbsorptionFactors at) {
   double absorbed = 1.0;
   if (model.tissue().volume_temperature == VolumeTemperature::kNormalized) {
-    absorbed = AbsorptionLaw(model.tissue()).whole().evaluate(alpha).value;
+    absorbed = AbsorptionLaw(model.tissue()).whole().evaluate(at.alpha, at.beta).value;
   }
   return outer(functional_of_cells(model.radial(), model.beam()),
-               functional_of_cells(model.axial(), model.axial_source(alpha))) /
+               functional_of_cells(model.axial(), model.axial_source(at))) /
          absorbed;
 }
 

@@ -22,10 +22,10 @@ struct SparseSystem {
 SparseSystem assemble_sparse_system(const FullOrderModel& model);
 
 /// b(alpha): K/s per watt of commanded power. Allocates.
-Eigen::VectorXd input_of_cells(const FullOrderModel& model, double alpha);
+Eigen::VectorXd input_of_cells(const FullOrderModel& model, AbsorptionFactors at);
 /// c_peak: K per K of each cell.
 Eigen::VectorXd peak_of_cells(const FullOrderModel& model);
 /// c_volume(alpha), (E6).
-Eigen::VectorXd volume_of_cells(const FullOrderModel& model, double alpha);
+Eigen::VectorXd volume_of_cells(const FullOrderModel& model, AbsorptionFactors at);
 
 }  // namespace photocoag

@@ -106,10 +106,10 @@ Outputs ModalStepper::outputs(const OutputWeights& weights) const noexcept {
   return {.volume = weights.volume.dot(spot_profile_), .peak = weights.peak.dot(axis_profile_)};
 }
 
-Eigen::MatrixXd ModalStepper::temperatures(double alpha) const {
+Eigen::MatrixXd ModalStepper::temperatures(AbsorptionFactors at) const {
   const Modes& radial = model_->radial();
   const Modes& axial = model_->axial();
-  const VectorXd source = model_->axial_source(alpha) * model_->input_gain();
+  const VectorXd source = model_->axial_source(at) * model_->input_gain();
   Eigen::MatrixXd coordinates(radial.size(), axial.size());
   std::size_t next = 0;
   for (Index i = 0; i < radial.size(); ++i) {

@@ -49,8 +49,8 @@ class ModalStepper {
   const Eigen::VectorXd& axis_profile() const noexcept { return axis_profile_; }
   const Eigen::VectorXd& spot_profile() const noexcept { return spot_profile_; }
 
-  /// Temperature rise per cell for this alpha, radial x axial, K. Allocates.
-  Eigen::MatrixXd temperatures(double alpha) const;
+  /// Temperature rise per cell for these factors, radial x axial, K. Allocates.
+  Eigen::MatrixXd temperatures(AbsorptionFactors at) const;
 
   const FullOrderModel& model() const noexcept { return *model_; }
   double period() const noexcept { return period_; }
@@ -82,14 +82,13 @@ class ModalStepper {
   Eigen::VectorXd spot_profile_;
 };
 
-/// The simulated eye at full order, for one alpha: a ModalStepper if the model is separable, else a
+/// The simulated eye at full order, for one alpha and beta: a ModalStepper if the model is separable, else a
 /// LayeredStepper. A Plant (loop/plant.hpp).
 class FullOrderPlant {
  public:
   FullOrderPlant(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
-                 double period, double absorption_factor, double negligible_decay = 1e-12)
-      : stepper_(
-            make(std::move(model), discretization, period, absorption_factor, negligible_decay)) {}
+                 double period, AbsorptionFactors absorption, double negligible_decay = 1e-12)
+      : stepper_(make(std::move(model), discretization, period, absorption, negligible_decay)) {}
 
   void set_period(double period) {
     std::visit([period](auto& stepper) { stepper.set_period(period); }, stepper_);
@@ -115,12 +114,12 @@ class FullOrderPlant {
   };
   using Stepper = std::variant<Modal, LayeredStepper>;
   static Stepper make(std::shared_ptr<const FullOrderModel> model, Discretization discretization,
-                      double period, double absorption_factor, double negligible_decay) {
+                      double period, AbsorptionFactors absorption, double negligible_decay) {
     if (!model->separable()) {
       return Stepper(std::in_place_type<LayeredStepper>, std::move(model), discretization, period,
-                     absorption_factor, negligible_decay);
+                     absorption, negligible_decay);
     }
-    OutputWeights weights = model->output_weights(absorption_factor);
+    OutputWeights weights = model->output_weights(absorption);
     return Stepper(
         Modal{{std::move(model), discretization, period, negligible_decay}, std::move(weights)});
   }

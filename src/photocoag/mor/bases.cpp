@@ -27,10 +27,12 @@ constexpr std::array kSampledAlphas{0.29, 0.47, 0.83, 1.29, 1.72};
 
 // Inputs of the sampled alphas, each divided by its peak steady gain: an error counts in relation
 // to the output.
-MatrixXd sampled_inputs(const FullOrderModel& full, const ImpulseSpace& space) {
-  MatrixXd inputs(space.size(), static_cast<Index>(kSampledAlphas.size()));
+MatrixXd sampled_inputs(const FullOrderModel& full, const ImpulseSpace& space,
+                        const std::vector<double>& betas) {
+  const auto sampled = tensor({kSampledAlphas.begin(), kSampledAlphas.end()}, betas);
+  MatrixXd inputs(space.size(), static_cast<Index>(sampled.size()));
   for (Index a = 0; a < inputs.cols(); ++a) {
-    const VectorXd input = space.axial_source * full.axial_source(kSampledAlphas[a]);
+    const VectorXd input = space.axial_source * full.axial_source(sampled[a]);
     inputs.col(a) = input / space.peak.dot(input.cwiseQuotient(space.rates));
   }
   return inputs;
@@ -104,15 +106,17 @@ MatrixXd irka_space(const VectorXd& rates, const VectorXd& input, int order) {
 
 }  // namespace
 
-MatrixXd controllability_basis(const FullOrderModel& full, const ImpulseSpace& space, int order) {
+MatrixXd controllability_basis(const FullOrderModel& full, const ImpulseSpace& space, int order,
+                               const std::vector<double>& betas) {
   const MatrixXl factor =
-      gramian_factor(space.rates, sampled_inputs(full, space), kInputBandwidthOneSided);
+      gramian_factor(space.rates, sampled_inputs(full, space, betas), kInputBandwidthOneSided);
   // Columns are orthogonal already; normalised they are the Gramian's leading eigenvectors.
   return factor.leftCols(order).colwise().normalized().cast<double>();
 }
 
-Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int order) {
-  const MatrixXd inputs = sampled_inputs(full, space);
+Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int order,
+                     const std::vector<double>& betas) {
+  const MatrixXd inputs = sampled_inputs(full, space, betas);
   // Outputs: the peak, and the volume temperature of every sampled alpha. An error of the peak
   // relative to its gain counts as much as all volume outputs together.
   MatrixXd outputs(space.size(), inputs.cols() + 1);
@@ -136,8 +140,9 @@ Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int 
   return {trial.cast<double>(), test.cast<double>(), false};
 }
 
-MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int order) {
-  const MatrixXd inputs = sampled_inputs(full, space);
+MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int order,
+                    const std::vector<double>& betas) {
+  const MatrixXd inputs = sampled_inputs(full, space, betas);
   MatrixXd all(space.size(), order * inputs.cols());
   for (Index a = 0; a < inputs.cols(); ++a) {
     const MatrixXd basis = irka_space(space.rates, inputs.col(a), order);
@@ -172,21 +177,21 @@ MatrixXd taylor_basis(const ImpulseSpace& space, const ParametricSource& source,
 }
 
 Bases make_bases(const FullOrderModel& full, const ImpulseSpace& space, ReductionMethod method,
-                 int order, const ParametricSource& source) {
+                 int order, const ParametricSource& source, const std::vector<double>& betas) {
   const auto galerkin = [](MatrixXd basis) { return Bases{basis, basis, true}; };
   switch (method) {
     case ReductionMethod::kBalanced:
-      return galerkin(controllability_basis(full, space, order));
+      return galerkin(controllability_basis(full, space, order, betas));
     case ReductionMethod::kBalancedTwoSided:
-      return balanced_bases(full, space, order);
+      return balanced_bases(full, space, order, betas);
     case ReductionMethod::kIrka:
-      return galerkin(irka_basis(full, space, order));
+      return galerkin(irka_basis(full, space, order, betas));
     case ReductionMethod::kTaylor:
       return galerkin(taylor_basis(space, source, order));
     case ReductionMethod::kPodDeim:
       break;
   }
-  return galerkin(pod_basis(full, space, order));
+  return galerkin(pod_basis(full, space, order, betas));
 }
 
 }  // namespace photocoag

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/mor/impulse_space.hpp"
@@ -19,19 +20,22 @@ struct Bases {
   bool galerkin = true;   ///< test = trial, orthonormal: keeps symmetry and stability
 };
 
-/// `source`: used by the Taylor basis only (its coefficients are the inputs). Throws Error if the
+/// `betas`: with two parameters every sampled alpha is taken at each of them. `source`: used by the Taylor basis only (its coefficients are the inputs). Throws Error if the
 /// impulse space has fewer than `order` directions. Allocates.
 Bases make_bases(const FullOrderModel& full, const ImpulseSpace& space, ReductionMethod method,
-                 int order, const ParametricSource& source);
+                 int order, const ParametricSource& source,
+                 const std::vector<double>& betas = {1.0});
 
 /// Dominant controllability modes: leading eigenvectors of the mean over alpha of the
 /// controllability Gramians, each scaled by its peak steady gain.
 Eigen::MatrixXd controllability_basis(const FullOrderModel& full, const ImpulseSpace& space,
-                                      int order);
+                                      int order, const std::vector<double>& betas = {1.0});
 /// Balanced truncation of the model with all sampled inputs and outputs side by side.
-Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int order);
+Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int order,
+                     const std::vector<double>& betas = {1.0});
 /// Rational Krylov spaces of IRKA at sampled alphas, compressed to the order.
-Eigen::MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int order);
+Eigen::MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int order,
+                           const std::vector<double>& betas = {1.0});
 /// Impulse responses of the Taylor coefficients, each weighted by its largest share on [0.3, 1.7].
 Eigen::MatrixXd taylor_basis(const ImpulseSpace& space, const ParametricSource& source, int order);
 

@@ -173,6 +173,9 @@ std::vector<double> majorant_decays(double slowest) {
 
 std::string_view why_uncertified(const FullOrderModel& full,
                                  Discretization discretization) noexcept {
+  if (full.tissue().two_parameters()) {
+    return "proved only for alpha, not over a range of beta as well";
+  }
   if (!full.separable()) {
     return "proved only where all layers have the same conductivity and heat capacity";
   }

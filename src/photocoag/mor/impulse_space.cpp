@@ -30,7 +30,7 @@ MatrixXd decays(const VectorXd& rates, const VectorXd& times) {
 // vector, so the inner product of two of them is the product of two short sums.
 class Snapshots {
  public:
-  Snapshots(const FullOrderModel& model, const std::vector<double>& absorption_factors)
+  Snapshots(const FullOrderModel& model, const std::vector<AbsorptionFactors>& absorption_factors)
       : times_(kTimes),
         sources_(model.axial().size(), static_cast<Index>(absorption_factors.size())) {
     for (Index i = 0; i < kTimes; ++i) {
@@ -123,7 +123,7 @@ ImpulseSpace diagonalised(const BasisProducts& basis) {
 }
 
 ImpulseSpace impulse_space(const FullOrderModel& model,
-                           const std::vector<double>& absorption_factors) {
+                           const std::vector<AbsorptionFactors>& absorption_factors) {
   if (!model.separable()) return diagonalised(resolvent_products(model, absorption_factors));
   const Snapshots snapshots(model, absorption_factors);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(snapshots.gram());

@@ -40,11 +40,11 @@ struct BasisProducts {
 /// The space that V spans. Throws Error if the columns of V are dependent. Allocates.
 ImpulseSpace diagonalised(const BasisProducts& basis);
 
-/// Separable models: snapshots e^(A t) B(alpha) for alpha in `absorption_factors` and t log-spaced
+/// Separable models: snapshots e^(A t) B(alpha, beta) for all `absorption_factors` and t log-spaced
 /// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are rounding
 /// and left out; memory and time grow with the number of axial modes, not with n. Others:
 /// mor/resolvent_basis.hpp. Allocates.
 ImpulseSpace impulse_space(const FullOrderModel& model,
-                           const std::vector<double>& absorption_factors);
+                           const std::vector<AbsorptionFactors>& absorption_factors);
 
 }  // namespace photocoag

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/mor/deim.hpp"
 #include "photocoag/tissue/absorption_derivatives.hpp"
 
@@ -15,15 +16,16 @@ using Eigen::VectorXd;
 
 constexpr double kLow = 0.2;
 constexpr double kHigh = 2.0;
+constexpr double kChoroidMargin = 1.25;
 
 // Absorbed fractions per axial cell, in the norm of the energy product (divided by the root of the
 // width).
-MatrixXd source_snapshots(const FullOrderModel& full, const std::vector<double>& alphas) {
+MatrixXd source_snapshots(const FullOrderModel& full, const std::vector<AbsorptionFactors>& factors) {
   const auto& cells = full.cell_absorption();
-  MatrixXd snapshots(static_cast<Index>(cells.size()), static_cast<Index>(alphas.size()));
+  MatrixXd snapshots(static_cast<Index>(cells.size()), static_cast<Index>(factors.size()));
   for (Index a = 0; a < snapshots.cols(); ++a) {
     for (Index j = 0; j < snapshots.rows(); ++j) {
-      snapshots(j, a) = cells[j].evaluate(alphas[a]).value / full.axial().root_measure[j];
+      snapshots(j, a) = cells[j].evaluate(factors[a].alpha, factors[a].beta).value / full.axial().root_measure[j];
     }
   }
   return snapshots;
@@ -65,6 +67,40 @@ ParametricSource chebyshev(const FullOrderModel& full, int terms) {
   return result;
 }
 
+// The same in alpha and beta: the terms are shared out as evenly as they can be, and one more for
+// alpha rather than for beta.
+ParametricSource chebyshev(const FullOrderModel& full, int terms, const ChoroidRange& choroid) {
+  const int beta_terms = static_cast<int>(std::sqrt(terms));
+  const int alpha_terms = terms / beta_terms;
+  ParametricSource result;
+  Theta& theta = result.theta;
+  theta.kind = ThetaKind::kChebyshev;
+  theta.terms = alpha_terms * beta_terms;
+  theta.center = 0.5 * (kLow + kHigh);
+  theta.half_width = 0.5 * (kHigh - kLow);
+  theta.choroid_terms = beta_terms;
+  theta.choroid_center = 0.5 * (choroid.low / kChoroidMargin + choroid.high * kChoroidMargin);
+  theta.choroid_half_width = theta.choroid_center - choroid.low / kChoroidMargin;
+  result.sources = MatrixXd::Zero(full.axial().size(), theta.terms);
+  const auto weight = [](int j, int terms_of, double angle) {
+    return (j == 0 ? 1.0 : 2.0) / terms_of * std::cos(j * angle);
+  };
+  for (int l = 0; l < beta_terms; ++l) {
+    const double beta_angle = std::numbers::pi * (l + 0.5) / beta_terms;
+    for (int k = 0; k < alpha_terms; ++k) {
+      const double angle = std::numbers::pi * (k + 0.5) / alpha_terms;
+      const VectorXd value = full.axial_source(AbsorptionFactors{
+          theta.center + theta.half_width * std::cos(angle),
+          theta.choroid_center + theta.choroid_half_width * std::cos(beta_angle)});
+      for (int j = 0; j < theta.terms; ++j) {
+        result.sources.col(j) += weight(j % alpha_terms, alpha_terms, angle) *
+                                 weight(j / alpha_terms, beta_terms, beta_angle) * value;
+      }
+    }
+  }
+  return result;
+}
+
 ParametricSource taylor(const FullOrderModel& full, int terms) {
   ParametricSource result;
   result.theta.kind = ThetaKind::kTaylor;
@@ -94,23 +130,64 @@ std::vector<double> log_spaced(double first, double last, int count) {
   return values;
 }
 
+std::vector<double> ChoroidRange::samples(int count, double margin) const {
+  if (!free) return {1.0};
+  return log_spaced(low / margin, high * margin, count);
+}
+
+ChoroidRange choroid_range(const Tissue& tissue, const ReductionSettings& settings) {
+  if (!tissue.two_parameters()) return {};
+  return {true, settings.choroid_min, settings.choroid_max};
+}
+
+std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
+                                      const std::vector<double>& betas) {
+  std::vector<AbsorptionFactors> factors;
+  for (const double beta : betas) {
+    for (const double alpha : alphas) factors.emplace_back(alpha, beta);
+  }
+  return factors;
+}
+
+Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at) {
+  TermVector value;
+  TermVector slope;
+  TermVector slope_choroid;
+  if (theta.kind == ThetaKind::kDeim || theta.choroid_terms > 1) {
+    theta.evaluate(at.alpha, at.beta, value, slope, slope_choroid);
+  } else {
+    theta.evaluate(at.alpha, value, slope);
+  }
+  return value;
+}
+
 ParametricSource parametric_source(const FullOrderModel& full, ParameterDependence dependence,
-                                   int terms) {
+                                   int terms, const ChoroidRange& choroid) {
+  // Over the estimator's widest range of alpha, so that theta is right wherever the filter may
+  // look.
+  const auto snapshots = [&] {
+    return source_snapshots(full, tensor(log_spaced(kLow, kHigh, choroid.free ? 15 : 40),
+                                         choroid.samples(7, kChoroidMargin)));
+  };
   switch (dependence) {
     case ParameterDependence::kChebyshev:
-      return chebyshev(full, terms);
+      return choroid.free ? chebyshev(full, terms, choroid) : chebyshev(full, terms);
     case ParameterDependence::kTaylor:
+      if (choroid.free) {
+        throw Error(ErrorParts{.key = "model.parameter_dependence",
+                               .problem = "the Taylor series is in alpha alone, and a layer of "
+                                          "[tissue] has scaled_by = \"beta\"",
+                               .found = "\"taylor\"",
+                               .accepted = "\"deim\", \"q-deim\" or \"chebyshev\", and another "
+                                           "model.method than \"taylor\""});
+      }
       return taylor(full, terms);
     case ParameterDependence::kQDeim:
-      return interpolate_at_cells(
-          full, q_deim(source_snapshots(full, log_spaced(kLow, kHigh, 40)), terms));
+      return interpolate_at_cells(full, q_deim(snapshots(), terms));
     case ParameterDependence::kDeim:
       break;
   }
-  // Over the estimator's widest range of alpha, so that theta is right wherever the filter may
-  // look.
-  return interpolate_at_cells(full,
-                              deim(source_snapshots(full, log_spaced(kLow, kHigh, 40)), terms));
+  return interpolate_at_cells(full, deim(snapshots(), terms));
 }
 
 }  // namespace photocoag

@@ -20,10 +20,31 @@ struct ParametricSource {
   Eigen::MatrixXd sources;  ///< axial modes x terms
 };
 
-/// Interpolation over [0.2, 2], the estimator's widest range, or the Taylor polynomial. DEIM may
-/// return fewer terms than asked for (deim.hpp). Allocates.
+/// The range of beta to make a model for; a tissue with one parameter knows beta = 1 only.
+struct ChoroidRange {
+  bool free = false;  ///< two parameters
+  double low = 1.0;
+  double high = 1.0;
+
+  /// `count` values from low / margin to high * margin with equal ratios; {1} if not free.
+  std::vector<double> samples(int count, double margin) const;
+};
+
+/// Of settings, if a layer of the tissue is scaled by beta.
+ChoroidRange choroid_range(const Tissue& tissue, const ReductionSettings& settings);
+
+/// Every alpha with every beta, alpha running fastest.
+std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
+                                      const std::vector<double>& betas);
+
+/// Interpolation over [0.2, 2], the estimator's widest range, times a quarter more than `choroid`,
+/// or the Taylor polynomial. DEIM may return fewer terms than asked for (deim.hpp). Throws Error if
+/// the dependence has one parameter (kTaylor) and the tissue two. Allocates.
 ParametricSource parametric_source(const FullOrderModel& full, ParameterDependence dependence,
-                                   int terms);
+                                   int terms, const ChoroidRange& choroid = {});
+
+/// theta at alpha and beta. Allocates.
+Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at);
 
 /// `count` values from first to last with equal ratios.
 std::vector<double> log_spaced(double first, double last, int count);

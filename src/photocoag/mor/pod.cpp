@@ -64,13 +64,16 @@ MatrixXd leading_directions(const MatrixXd& snapshots, int order) {
   return Eigen::JacobiSVD<MatrixXd>(snapshots, Eigen::ComputeThinU).matrixU().leftCols(order);
 }
 
-MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order) {
-  MatrixXd snapshots(space.size(), kTimes * static_cast<Index>(kTraining.size()));
+MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order,
+                   const std::vector<double>& betas) {
+  MatrixXd snapshots(space.size(), kTimes * static_cast<Index>(kTraining.size() * betas.size()));
   Index column = 0;
-  for (const TrainingAlpha& alpha : kTraining) {
-    const VectorXd input = space.axial_source * model.axial_source(alpha.value);
-    snapshots.middleCols(column, kTimes) = weighted_impulse_response(space, input, alpha.weight);
-    column += kTimes;
+  for (const double beta : betas) {
+    for (const TrainingAlpha& alpha : kTraining) {
+      const VectorXd input = space.axial_source * model.axial_source(AbsorptionFactors{alpha.value, beta});
+      snapshots.middleCols(column, kTimes) = weighted_impulse_response(space, input, alpha.weight);
+      column += kTimes;
+    }
   }
   return leading_directions(snapshots, order);
 }

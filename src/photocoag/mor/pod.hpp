@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/mor/impulse_space.hpp"
@@ -11,9 +12,10 @@
 namespace photocoag {
 
 /// Orthonormal basis, impulse-space size x order: the leading left singular vectors of the weighted
-/// impulse responses of the training alphas. Throws Error if the impulse space has fewer than
-/// `order` directions.
-Eigen::MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order);
+/// impulse responses of the training alphas, with two parameters at each of `betas`. Throws Error if
+/// the impulse space has fewer than `order` directions.
+Eigen::MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order,
+                          const std::vector<double>& betas = {1.0});
 
 /// Snapshots of one input's impulse response with the method's weights of time, impulse-space size
 /// x times; Frobenius norm `weight`. `input`: coordinates in the impulse space.

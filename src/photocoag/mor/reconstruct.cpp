@@ -8,7 +8,7 @@ using Eigen::MatrixXd;
 ReconstructingModel reconstructing_model(const FullOrderModel& full,
                                          const ReductionSettings& settings, double period,
                                          Discretization discretization) {
-  ReconstructingModel result{{}, reduction_space(full), {}};
+  ReconstructingModel result{{}, reduction_space(full, settings), {}};
   result.model = project_model(full, result.space, settings, period, discretization, &result.trial);
   return result;
 }

@@ -11,34 +11,63 @@
 
 namespace photocoag {
 
-ImpulseSpace reduction_space(const FullOrderModel& full) {
-  return impulse_space(full, log_spaced(0.25, 2.0, 8));
+namespace {
+
+// A range of beta a little wider than that of the check, as for alpha.
+constexpr double kTrainingMargin = 1.04;
+constexpr int kTrainingChoroids = 4;
+
+}  // namespace
+
+ImpulseSpace reduction_space(const FullOrderModel& full, const ReductionSettings& settings) {
+  const ChoroidRange choroid = choroid_range(full.tissue(), settings);
+  if (!choroid.free) return impulse_space(full, tensor(log_spaced(0.25, 2.0, 8), {1.0}));
+  // The layers that alpha scales and those that beta scales have a shape each, of one factor; only
+  // how much light arrives depends on both. So pairs span what the whole grid would.
+  constexpr int kPairs = 12;
+  constexpr int kChoroids = 6;
+  const std::vector<double> alphas = log_spaced(0.25, 2.0, kPairs);
+  const std::vector<double> betas = choroid.samples(kChoroids, 1.2);
+  std::vector<AbsorptionFactors> pairs;
+  for (std::size_t i = 0; i < alphas.size(); ++i) {
+    pairs.emplace_back(alphas[i], betas[(5 * i) % kChoroids]);
+  }
+  return impulse_space(full, pairs);
 }
 
 ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space,
                            const ReductionSettings& settings, double period,
                            Discretization discretization, Eigen::MatrixXd* trial) {
   settings.validate();
-  const ParametricSource source = parametric_source(full, settings.dependence(), settings.terms());
+  const ChoroidRange choroid = choroid_range(full.tissue(), settings);
+  const std::vector<double> betas = choroid.samples(kTrainingChoroids, kTrainingMargin);
+  const ParametricSource source =
+      parametric_source(full, settings.dependence(), settings.terms(choroid.free), choroid);
   ReducedModel model;
   Eigen::MatrixXd basis = project(
-      full, space, make_bases(full, space, settings.method, settings.order, source), source, model);
+      full, space, make_bases(full, space, settings.method, settings.order, source, betas), source,
+      model);
   if (settings.refined()) {
     // The sum of squares has several minima: search from other projections too.
-    double least = refine(full, space, source, period, discretization, model);
+    double least = refine(full, space, source, period, discretization, model, betas);
     for (const ReductionMethod other : {ReductionMethod::kBalanced, ReductionMethod::kIrka}) {
       ReducedModel candidate;
-      project(full, space, make_bases(full, space, other, settings.order, source), source,
+      project(full, space, make_bases(full, space, other, settings.order, source, betas), source,
               candidate);
-      const double sum = refine(full, space, source, period, discretization, candidate);
+      const double sum = refine(full, space, source, period, discretization, candidate, betas);
       if (!(sum < least)) continue;
       least = sum;
       model = candidate;
     }
-    basis = fitted_trial(full, space, period, discretization, model);
+    basis = fitted_trial(full, space, period, discretization, model, betas);
   }
   if (trial != nullptr) *trial = std::move(basis);
   model.tissue = full.tissue();
+  if (choroid.free) {
+    model.parameters = 2;
+    model.choroid_min = choroid.low;
+    model.choroid_max = choroid.high;
+  }
   model.volume_normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   model.whole = AbsorptionLaw(model.tissue).whole();
   model.method = to_string(settings.method);
@@ -78,10 +107,13 @@ ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionS
     if (progress) progress(stage, fraction);
   };
   report("collecting impulse responses", 0.0);
-  const ImpulseSpace space = reduction_space(*full);
+  const ImpulseSpace space = reduction_space(*full, settings);
   report("choosing the basis", 0.4);
   ReducedModel model = trusted_model(*full, space, settings, period, discretization);
-  model.error = measure_error(model, full, {}, [&report](std::string_view stage, double fraction) {
+  ValidationSettings validation;
+  validation.choroid_factors =
+      choroid_range(full->tissue(), settings).samples(kCheckedChoroids, 1.0);
+  model.error = measure_error(model, full, validation, [&report](std::string_view stage, double fraction) {
     report(stage, 0.5 + 0.2 * fraction);
   });
   if (why_uncertified(*full, discretization).empty()) {

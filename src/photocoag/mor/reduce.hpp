@@ -20,13 +20,18 @@ namespace photocoag {
 /// Told what is being done and how much of the whole is done, 0 to 1. May be empty.
 using Progress = std::function<void(std::string_view stage, double fraction)>;
 
+inline constexpr int kCheckedChoroids = 7;  ///< values of beta at which the error is measured
+
 /// How a reduced model's error is measured: constant and random on/off power from cold tissue.
 struct ValidationSettings {
   std::vector<double>
-      absorption_factors;         ///< empty: 29 values over [0.3, 1.7], none of them trained on
+      absorption_factors;         ///< empty: 29 values over [0.3, 1.7], none of them trained on;
+                                  ///< with two parameters 15, each with seven beta
   double duration = 0.4;          ///< s
   double mean_dwell = 10e-3;      ///< s, mean time between switchings of the random power
   std::uint64_t seed = 20220101;  ///< of the random power; training uses no random signal
+  /// Of a tissue with two parameters; empty: seven from 0.5 to 2.
+  std::vector<double> choroid_factors = {};
 };
 
 /// Random on/off power (0 or 1 W) with exponentially distributed dwell times, whole periods.
@@ -35,15 +40,16 @@ std::vector<double> on_off_power(double duration, double period, double mean_dwe
 
 /// The full-order model's outputs for the validation powers and alphas: made once, any number of
 /// reduced models of the same period and discretization measured against it. The full-order model
-/// is stepped once per signal if it is separable (its state does not depend on alpha), else once
-/// per source of a handful that span those of all alphas.
+/// is stepped once per signal if it is separable (its state does not depend on alpha or beta), else
+/// once per source of a handful that span all.
 struct ValidationRun {
-  std::vector<double> absorption_factors;
+  std::vector<AbsorptionFactors> factors;
+  bool two_parameters = false;
   double duration = 0.0;    ///< s
   double mean_dwell = 0.0;  ///< s, of the on/off power
   std::uint64_t seed = 0;
   std::vector<std::vector<double>> powers;    ///< W: constant, on/off
-  std::vector<std::vector<Outputs>> outputs;  ///< per power: step by step, every alpha in turn
+  std::vector<std::vector<Outputs>> outputs;  ///< per power: step by step, all factors in turn
 };
 
 ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
@@ -53,13 +59,13 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
 
 ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run);
 
-/// Largest error of each output over the run relative to its own largest value, for each alpha the
-/// worse of both signals.
+/// Largest error of each output over the run relative to its own largest value, for each
+/// alpha (and beta) the worse of both signals.
 ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const FullOrderModel> full,
                           const ValidationSettings& settings = {}, const Progress& progress = {});
 
-/// The impulse space that reduce() works in.
-ImpulseSpace reduction_space(const FullOrderModel& full);
+/// The impulse space that reduce() works in. Of `settings` only the range of beta counts.
+ImpulseSpace reduction_space(const FullOrderModel& full, const ReductionSettings& settings = {});
 
 /// The reduced model alone: neither verified nor measured nor certified. Throws Error if it is not
 /// stable or the space has fewer directions than the order. `trial`, if not null, gets the basis in

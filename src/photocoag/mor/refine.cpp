@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "photocoag/mor/theta_derivatives.hpp"
+#include "photocoag/mor/parameter_dependence.hpp"
 
 namespace photocoag {
 namespace {
@@ -25,6 +25,11 @@ struct TrainingAlpha {
   double log_peak_weight;
   double log_volume_weight;
 };
+struct TrainingFactors {
+  AbsorptionFactors at;
+  double log_peak_weight;
+  double log_volume_weight;
+};
 constexpr std::array<TrainingAlpha, 8> kTraining{{{0.29, 0.84, 1.21},
                                                   {0.345, 0.27, 0.39},
                                                   {0.47, -0.57, -0.97},
@@ -33,6 +38,16 @@ constexpr std::array<TrainingAlpha, 8> kTraining{{{0.29, 0.84, 1.21},
                                                   {1.24, -0.57, -0.3},
                                                   {1.48, 0.48, 0.1},
                                                   {1.72, 0.73, 0.77}}};
+
+std::vector<TrainingFactors> training(const std::vector<double>& betas) {
+  std::vector<TrainingFactors> all;
+  for (const double beta : betas) {
+    for (const TrainingAlpha& alpha : kTraining) {
+      all.push_back({{alpha.value, beta}, alpha.log_peak_weight, alpha.log_volume_weight});
+    }
+  }
+  return all;
+}
 
 // Log of a sample's weight at 1 ms, 10^-2.5 s, … 10 s, beyond what makes every decade of time count
 // alike; linear in log t.
@@ -113,11 +128,13 @@ std::vector<double> sampled_periods(double period) {
 }
 
 Target make_target(const FullOrderModel& full, const ImpulseSpace& space,
-                   const ParametricSource& source, double period, Discretization how) {
+                   const ParametricSource& source, double period, Discretization how,
+                   const std::vector<double>& betas) {
+  const std::vector<TrainingFactors> trained = training(betas);
   Target target;
   target.periods = sampled_periods(period);
   const auto count = static_cast<Index>(target.periods.size());
-  const auto alphas = static_cast<Index>(kTraining.size());
+  const auto alphas = static_cast<Index>(trained.size());
   target.weight.resize(count);
   MatrixXd decay(count, space.size());
   for (Index i = 0; i < count; ++i) {
@@ -136,17 +153,17 @@ Target make_target(const FullOrderModel& full, const ImpulseSpace& space,
   target.peak_scale.resize(alphas);
   target.volume_scale.resize(alphas);
   for (Index a = 0; a < alphas; ++a) {
-    const TrainingAlpha& alpha = kTraining[static_cast<std::size_t>(a)];
-    const VectorXd input = space.axial_source * full.axial_source(alpha.value);
+    const TrainingFactors& one = trained[static_cast<std::size_t>(a)];
+    const VectorXd input = space.axial_source * full.axial_source(one.at);
     const VectorXd to_peak = full.input_gain() * input.cwiseProduct(space.peak);
     const VectorXd to_volume = full.input_gain() * input.cwiseAbs2();
     target.peak_scale[a] =
-        std::exp(alpha.log_peak_weight) / to_peak.cwiseQuotient(space.rates).sum();
+        std::exp(one.log_peak_weight) / to_peak.cwiseQuotient(space.rates).sum();
     target.volume_scale[a] =
-        std::exp(alpha.log_volume_weight) / to_volume.cwiseQuotient(space.rates).sum();
+        std::exp(one.log_volume_weight) / to_volume.cwiseQuotient(space.rates).sum();
     target.peak.col(a) = target.peak_scale[a] * decay * to_peak;
     target.volume.col(a) = target.volume_scale[a] * decay * to_volume;
-    target.theta.col(a) = theta_derivative(source.theta, 0, alpha.value);
+    target.theta.col(a) = theta_at(source.theta, one.at);
   }
   return target;
 }
@@ -218,11 +235,12 @@ double evaluate(const Target& target, const Parameters& p, double gain, double p
 }  // namespace
 
 double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
-              double period, Discretization how, ReducedModel& model) {
+              double period, Discretization how, ReducedModel& model,
+              const std::vector<double>& betas) {
   constexpr int kMaxIterations = 200;
   constexpr double kMaxDamping = 1e12;
   const double gain = full.input_gain();
-  const Target target = make_target(full, space, source, period, how);
+  const Target target = make_target(full, space, source, period, how, betas);
   Parameters best{VectorXd((-MatrixXd(model.A).diagonal()).array().log()),
                   MatrixXd(model.C_volume).transpose(), VectorXd(model.C_peak)};
   MatrixXd normal;
@@ -261,16 +279,17 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
 }
 
 MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, double period,
-                      Discretization how, const ReducedModel& model) {
+                      Discretization how, const ReducedModel& model,
+                      const std::vector<double>& betas) {
   const std::vector<double> periods = sampled_periods(period);
   const Index n = model.order();
   MatrixXd square = MatrixXd::Zero(n, n);              // sum z z'
   MatrixXd product = MatrixXd::Zero(space.size(), n);  // sum x z'
   VectorXd x(space.size());
   VectorXd z(n);
-  for (const TrainingAlpha& alpha : kTraining) {
-    const VectorXd input = full.input_gain() * space.axial_source * full.axial_source(alpha.value);
-    const VectorXd reduced = MatrixXd(model.B) * theta_derivative(model.theta, 0, alpha.value);
+  for (const TrainingFactors& one : training(betas)) {
+    const VectorXd input = full.input_gain() * space.axial_source * full.axial_source(one.at);
+    const VectorXd reduced = MatrixXd(model.B) * theta_at(model.theta, one.at);
     for (const double k : periods) {
       for (Index j = 0; j < x.size(); ++j)
         x[j] = input[j] * pulse(space.rates[j], period, how, k).value;

@@ -6,6 +6,8 @@
 // SI.
 #pragma once
 
+#include <vector>
+
 #include "photocoag/core/discretization.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/mor/impulse_space.hpp"
@@ -15,18 +17,21 @@
 namespace photocoag {
 
 /// Minimises over (rates, B_j, C_peak) the weighted squares of the differences between the pulse
-/// responses of both outputs, at eight alphas and at the ends of periods up to 6 s:
+/// responses of both outputs, at eight alphas (with two parameters at each of `betas`) and at the ends of periods up
+/// to 6 s:
 ///   sum_a sum_k w_k^2 [ (h_peak,k - h_peak,k^r)^2 / gain_peak^2 + the same for the volume ]
 /// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); it is
 /// where the search starts, and nothing worse is left. Returns half the sum, to compare starts by.
 /// Changes A, B, C_volume and C_peak. Periods in s. Allocates. Deterministic.
 double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
-              double period, Discretization how, ReducedModel& model);
+              double period, Discretization how, ReducedModel& model,
+              const std::vector<double>& betas = {1.0});
 
 /// V, impulse-space size x order, with impulse-space state ~ V * reduced state, for a model that is
 /// no projection: least squares over the same responses, the state's error in the energy norm.
 /// Allocates.
 Eigen::MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, double period,
-                             Discretization how, const ReducedModel& model);
+                             Discretization how, const ReducedModel& model,
+                             const std::vector<double>& betas = {1.0});
 
 }  // namespace photocoag

@@ -83,7 +83,7 @@ MatrixXd minus_operator(const FullOrderModel& model, const MatrixXd& basis) {
 
 }  // namespace
 
-MatrixXd source_basis(const FullOrderModel& model, const std::vector<double>& absorption_factors) {
+MatrixXd source_basis(const FullOrderModel& model, const std::vector<AbsorptionFactors>& absorption_factors) {
   MatrixXd sources(model.axial().size(), static_cast<Index>(absorption_factors.size()));
   for (Index a = 0; a < sources.cols(); ++a) {
     sources.col(a) = model.axial_source(absorption_factors[a]);
@@ -96,7 +96,7 @@ MatrixXd source_basis(const FullOrderModel& model, const std::vector<double>& ab
 }
 
 MatrixXd resolvent_basis(const FullOrderModel& model,
-                         const std::vector<double>& absorption_factors) {
+                         const std::vector<AbsorptionFactors>& absorption_factors) {
   // The weaker directions of the source count as little as they occur: scaled as in the snapshots.
   MatrixXd sources(model.axial().size(), static_cast<Index>(absorption_factors.size()));
   for (Index a = 0; a < sources.cols(); ++a) {
@@ -130,7 +130,7 @@ MatrixXd resolvent_basis(const FullOrderModel& model,
 }
 
 BasisProducts resolvent_products(const FullOrderModel& model,
-                                 const std::vector<double>& absorption_factors) {
+                                 const std::vector<AbsorptionFactors>& absorption_factors) {
   const auto shared = std::make_shared<const MatrixXd>(resolvent_basis(model, absorption_factors));
   const MatrixXd& basis = *shared;
   const Index radial = model.radial().size();

@@ -15,19 +15,19 @@ namespace photocoag {
 
 /// The projection on resolvent_basis(), to be diagonalised (mor/impulse_space.hpp).
 BasisProducts resolvent_products(const FullOrderModel& model,
-                                 const std::vector<double>& absorption_factors);
+                                 const std::vector<AbsorptionFactors>& absorption_factors);
 
-/// Columns span (s - A)^-1 B(alpha) for 28 shifts s log-spaced over [1, 1e7] 1/s and all alpha of
+/// Columns span (s - A)^-1 B(alpha) for 28 shifts s log-spaced over [1, 1e7] 1/s and all
 /// `absorption_factors`, orthonormal to about 1e-8; directions that add less than 1e-7 to a
 /// snapshot are left out. A column is a radial x axial matrix in the model's coordinates. Each
 /// system is tridiagonal in depth. Not for separable models. Allocates.
 Eigen::MatrixXd resolvent_basis(const FullOrderModel& model,
-                                const std::vector<double>& absorption_factors);
+                                const std::vector<AbsorptionFactors>& absorption_factors);
 
 /// Orthonormal axial sources in whose span the source of every alpha lies, to 1e-7 of the largest:
 /// columns; the source of one alpha is their combination with their products with it. A handful,
 /// for the sources depend on alpha through few layers. Allocates.
 Eigen::MatrixXd source_basis(const FullOrderModel& model,
-                             const std::vector<double>& absorption_factors);
+                             const std::vector<AbsorptionFactors>& absorption_factors);
 
 }  // namespace photocoag

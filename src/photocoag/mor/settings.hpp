@@ -56,14 +56,18 @@ struct ReductionSettings {
   int order = 6;  ///< states of the reduced model, 1 to 14
   /// Method kTaylor always uses its own series.
   ParameterDependence parameter_dependence = ParameterDependence::kDeim;
-  int parameter_terms = 0;  ///< 1 to 12; 0: 8 for kChebyshev, else 5
+  int parameter_terms = 0;  ///< 1 to 12; 0: 8 for kChebyshev, else 5; two parameters: 12 and 8
 
   /// Method kBalancedTwoSided is no Galerkin projection and is never refined.
   Refinement refinement = Refinement::kOutputError;
 
+  /// The range of beta in which the error is measured, for a tissue with layers that beta scales.
+  double choroid_min = 0.5;  ///< 1, from 0.05
+  double choroid_max = 2.0;  ///< 1, above choroid_min, up to 20
+
   /// The dependence and number of terms that are used.
   ParameterDependence dependence() const noexcept;
-  int terms() const noexcept;
+  int terms(bool two_parameters = false) const noexcept;
   bool refined() const noexcept;
   /// For people and files: "pod-deim, refined".
   std::string name() const;

@@ -4,6 +4,7 @@
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/mor/parameter_dependence.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "photocoag/mor/resolvent_basis.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double kNegligibleDecay = 1e-12;  // as ModalStepper's
 
-// Largest absolute error and largest absolute value of one output for one alpha.
+// Largest absolute error and largest absolute value of one output for one alpha and beta.
 struct Extreme {
   double error = 0.0;
   double value = 0.0;
@@ -24,18 +25,18 @@ struct Extreme {
   double relative() const { return value > 0.0 ? error / value : 0.0; }
 };
 
-// One run of the state serves all powers and alphas where the state does not depend on alpha.
+// One run of the state serves all absorption factors where the state does not depend on them.
 void run_separable(const std::shared_ptr<const FullOrderModel>& full, Discretization discretization,
                    double period, ValidationRun& run, const Progress& progress) {
   std::vector<OutputWeights> weights;
-  for (const double alpha : run.absorption_factors) weights.push_back(full->output_weights(alpha));
+  for (const AbsorptionFactors& at : run.factors) weights.push_back(full->output_weights(at));
   ModalStepper stepper(full, discretization, period);
   for (std::size_t s = 0; s < run.powers.size(); ++s) {
     const std::vector<double>& powers = run.powers[s];
     stepper.reset();
     for (std::size_t k = 0; k < powers.size(); ++k) {
       stepper.step(powers[k]);
-      for (const OutputWeights& alpha : weights) run.outputs[s].push_back(stepper.outputs(alpha));
+      for (const OutputWeights& at : weights) run.outputs[s].push_back(stepper.outputs(at));
       if (progress && k % 50 == 0) {
         const double part = static_cast<double>(k) / static_cast<double>(powers.size());
         progress("measuring its error",
@@ -45,31 +46,32 @@ void run_separable(const std::shared_ptr<const FullOrderModel>& full, Discretiza
   }
 }
 
-// Step responses to 1 W: period by period, every alpha in turn. Everything is linear in the source,
-// and a handful of sources span those of all alphas: one run for each. After one period of power
+// Step responses to 1 W: period by period, all absorption factors in turn. Everything is linear in the source,
+// and a handful of sources span all: one run for each. After one period of power
 // the tissue only cools, which gets cheaper from step to step (LayeredStepper); the step response
 // is the sum of the pulse response so far.
 std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrderModel>& full,
                                             Discretization discretization, double period,
-                                            const std::vector<double>& alphas, std::size_t steps,
+                                            const std::vector<AbsorptionFactors>& factors,
+                                            std::size_t steps,
                                             const Progress& progress) {
-  const Eigen::MatrixXd basis = source_basis(*full, alphas);
-  const auto count = static_cast<Eigen::Index>(alphas.size());
+  const Eigen::MatrixXd basis = source_basis(*full, factors);
+  const auto count = static_cast<Eigen::Index>(factors.size());
   Eigen::MatrixXd share(basis.cols(), count);
   Eigen::MatrixXd weight(basis.rows(), count);
   for (Eigen::Index a = 0; a < count; ++a) {
-    weight.col(a) = full->axial_source(alphas[static_cast<std::size_t>(a)]);
+    weight.col(a) = full->axial_source(factors[static_cast<std::size_t>(a)]);
     share.col(a) = basis.transpose() * weight.col(a);
-    weight.col(a) /= full->volume_norm(alphas[static_cast<std::size_t>(a)]);
+    weight.col(a) /= full->volume_norm(factors[static_cast<std::size_t>(a)]);
   }
-  std::vector<Outputs> responses(steps * alphas.size());
+  std::vector<Outputs> responses(steps * factors.size());
   for (Eigen::Index source = 0; source < basis.cols(); ++source) {
     LayeredStepper stepper(full, discretization, period, basis.col(source), kNegligibleDecay);
     for (std::size_t k = 0; k < steps; ++k) {
       stepper.step(k == 0 ? 1.0 : 0.0);
       const Eigen::VectorXd volume = weight.transpose() * stepper.spot_profile();
       for (Eigen::Index a = 0; a < count; ++a) {
-        Outputs& sum = responses[k * alphas.size() + static_cast<std::size_t>(a)];
+        Outputs& sum = responses[k * factors.size() + static_cast<std::size_t>(a)];
         sum.volume += share(source, a) * volume[a];
         sum.peak += share(source, a) * stepper.outputs().peak;
       }
@@ -79,9 +81,9 @@ std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrde
                static_cast<double>(source + 1) / static_cast<double>(basis.cols()));
     }
   }
-  for (std::size_t i = alphas.size(); i < responses.size(); ++i) {
-    responses[i].volume += responses[i - alphas.size()].volume;
-    responses[i].peak += responses[i - alphas.size()].peak;
+  for (std::size_t i = factors.size(); i < responses.size(); ++i) {
+    responses[i].volume += responses[i - factors.size()].volume;
+    responses[i].peak += responses[i - factors.size()].peak;
   }
   return responses;
 }
@@ -89,11 +91,11 @@ std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrde
 // A step of power for every change of power.
 void run_layered(const std::shared_ptr<const FullOrderModel>& full, Discretization discretization,
                  double period, ValidationRun& run, const Progress& progress) {
-  const std::size_t count = run.absorption_factors.size();
+  const std::size_t count = run.factors.size();
   std::size_t steps = 0;
   for (const std::vector<double>& powers : run.powers) steps = std::max(steps, powers.size());
   const std::vector<Outputs> responses =
-      layered_step_responses(full, discretization, period, run.absorption_factors, steps, progress);
+      layered_step_responses(full, discretization, period, run.factors, steps, progress);
   for (std::size_t s = 0; s < run.powers.size(); ++s) {
     const std::vector<double>& powers = run.powers[s];
     std::vector<Outputs>& outputs = run.outputs[s];
@@ -109,10 +111,9 @@ void run_layered(const std::shared_ptr<const FullOrderModel>& full, Discretizati
   }
 }
 
-std::vector<double> default_alphas() {
-  constexpr int kCount = 29;
+std::vector<double> default_alphas(int count) {
   std::vector<double> alphas;
-  for (int i = 0; i < kCount; ++i) alphas.push_back(0.3 + 1.4 * i / (kCount - 1));
+  for (int i = 0; i < count; ++i) alphas.push_back(0.3 + 1.4 * i / (count - 1));
   return alphas;
 }
 
@@ -136,8 +137,13 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
                              Discretization discretization, double period,
                              const ValidationSettings& settings, const Progress& progress) {
   ValidationRun run;
-  run.absorption_factors =
-      settings.absorption_factors.empty() ? default_alphas() : settings.absorption_factors;
+  run.two_parameters = full->tissue().two_parameters();
+  std::vector<double> betas = settings.choroid_factors;
+  if (betas.empty()) betas = choroid_range(full->tissue(), {}).samples(kCheckedChoroids, 1.0);
+  run.factors = tensor(settings.absorption_factors.empty()
+                           ? default_alphas(run.two_parameters ? 15 : 29)
+                           : settings.absorption_factors,
+                       betas);
   run.duration = settings.duration;
   run.mean_dwell = settings.mean_dwell;
   run.seed = settings.seed;
@@ -155,9 +161,12 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
 }
 
 ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run) {
-  const std::size_t count = run.absorption_factors.size();
+  const std::size_t count = run.factors.size();
   ErrorReport report;
-  report.absorption_factors = run.absorption_factors;
+  for (const AbsorptionFactors& at : run.factors) {
+    report.absorption_factors.push_back(at.alpha);
+    if (run.two_parameters) report.choroid_factors.push_back(at.beta);
+  }
   report.duration = run.duration;
   report.mean_dwell = run.mean_dwell;
   report.seed = run.seed;
@@ -165,7 +174,7 @@ ErrorReport measure_error(const ReducedModel& reduced, const ValidationRun& run)
   report.volume.assign(count, 0.0);
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t s = 0; s < run.powers.size(); ++s) {
-      ReducedPlant plant(reduced, run.absorption_factors[a]);
+      ReducedPlant plant(reduced, run.factors[a]);
       Extreme peak;
       Extreme volume;
       for (std::size_t k = 0; k < run.powers[s].size(); ++k) {

@@ -136,6 +136,16 @@ std::string absorption_table(const RunLog& log, const RunSummary& summary,
   std::optional<double> percent;
   if (summary.absorption_error_final) percent = 100.0 * *summary.absorption_error_final;
   table.row("Final error", quantity(percent, 2, "%"), "estimate ∕ truth − 1");
+  if (summary.choroid_error_final && !log.empty()) {
+    table
+        .row("Choroid factor", quantity(finite(log.choroid_estimate.back()), 4, ""),
+             fmt::format("final estimate{}",
+                         config.choroid_true ? fmt::format(", truth {:g}", *config.choroid_true)
+                                             : ""))
+        .row("Its uncertainty", "±" + quantity(finite(2.0 * log.choroid_sigma.back()), 4, ""),
+             "2 σ")
+        .row("Its final error", quantity(100.0 * *summary.choroid_error_final, 2, "%"));
+  }
   return table.end();
 }
 

@@ -122,22 +122,30 @@ Panel power_panel(const RunLog& log, const RunConfig& config, const std::vector<
   return panel;
 }
 
-Panel absorption_panel(const RunLog& log, const RunConfig& config,
-                       const std::vector<double>& time_ms, const RunView& view) {
-  Panel panel{.title = "Absorption factor (1 = reference value)"};
+// alpha or beta.
+struct Factor {
+  std::string title;
+  const std::vector<double>& estimate;
+  const std::vector<double>& sigma;
+  std::optional<double> truth;
+};
+
+Panel factor_panel(const Factor& factor, const RunLog& log, const std::vector<double>& time_ms,
+                   const RunView& view) {
+  Panel panel{.title = factor.title};
   Band band{.legend = "±2 σ", .x = time_ms, .low = {}, .high = {}, .ink = Ink::kSeries2};
   for (std::size_t k = 0; k < log.cycles(); ++k) {
-    band.low.push_back(log.absorption_estimate[k] - 2.0 * log.absorption_sigma[k]);
-    band.high.push_back(log.absorption_estimate[k] + 2.0 * log.absorption_sigma[k]);
+    band.low.push_back(factor.estimate[k] - 2.0 * factor.sigma[k]);
+    band.high.push_back(factor.estimate[k] + 2.0 * factor.sigma[k]);
   }
-  if (log.has_truth() && config.absorption_true)
-    panel.series.push_back({.legend = fmt::format("true {:g}", *config.absorption_true),
+  if (log.has_truth() && factor.truth)
+    panel.series.push_back({.legend = fmt::format("true {:g}", *factor.truth),
                             .x = {view.from_ms, view.to_ms},
-                            .y = {*config.absorption_true, *config.absorption_true},
+                            .y = {*factor.truth, *factor.truth},
                             .ink = Ink::kSeries1});
   add(panel, {.legend = "estimate",
               .x = time_ms,
-              .y = log.absorption_estimate,
+              .y = factor.estimate,
               .ink = Ink::kSeries2,
               .dash = Dash::kDashed});
   if (has_values(band.low)) panel.bands.push_back(std::move(band));
@@ -171,9 +179,18 @@ std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
                                 const RunConfig& config, const RunView& view) {
   const std::vector<double> time_ms = scaled(log.time_s, 1e3);
   std::vector<Figure> figures;
-  for (Panel& panel : std::vector<Panel>{
-           peak_panel(log, summary, config, time_ms), volume_panel(log, time_ms, view),
-           power_panel(log, config, time_ms), absorption_panel(log, config, time_ms, view)}) {
+  std::vector<Panel> panels{
+      peak_panel(log, summary, config, time_ms), volume_panel(log, time_ms, view),
+      power_panel(log, config, time_ms),
+      factor_panel({"Absorption factor (1 = reference value)", log.absorption_estimate,
+                    log.absorption_sigma, config.absorption_true},
+                   log, time_ms, view)};
+  if (has_values(log.choroid_estimate)) {
+    panels.push_back(factor_panel({"Choroid factor (1 = reference value)", log.choroid_estimate,
+                                   log.choroid_sigma, config.choroid_true},
+                                  log, time_ms, view));
+  }
+  for (Panel& panel : panels) {
     Figure figure{.x_label = "time in ms",
                   .x_min = view.from_ms,
                   .x_max = view.to_ms,

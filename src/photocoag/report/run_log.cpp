@@ -23,7 +23,7 @@ struct ColumnRule {
   Need need;
 };
 
-constexpr std::array<ColumnRule, 12> kColumns = {{
+constexpr std::array<ColumnRule, 14> kColumns = {{
     {"cycle", &RunLog::cycle, Need::kFinite},
     {"time_s", &RunLog::time_s, Need::kFinite},
     {"power_W", &RunLog::power_W, Need::kFinite},
@@ -34,6 +34,8 @@ constexpr std::array<ColumnRule, 12> kColumns = {{
     {"peak_estimate_K", &RunLog::peak_estimate_K, Need::kNumber},
     {"absorption_estimate", &RunLog::absorption_estimate, Need::kNumber},
     {"absorption_sigma", &RunLog::absorption_sigma, Need::kNumber},
+    {"choroid_estimate", &RunLog::choroid_estimate, Need::kMayBeEmpty},
+    {"choroid_sigma", &RunLog::choroid_sigma, Need::kMayBeEmpty},
     {"power_reference_W", &RunLog::power_reference_W, Need::kNumber},
     {"solver_iterations", &RunLog::solver_iterations, Need::kNumber},
 }};

@@ -19,6 +19,7 @@ struct RunLog {
   std::vector<double> volume_true_K, volume_measured_K, volume_estimate_K;
   std::vector<double> peak_true_K, peak_estimate_K;
   std::vector<double> absorption_estimate, absorption_sigma;
+  std::vector<double> choroid_estimate, choroid_sigma;  ///< NaN unless beta was estimated
   std::vector<double> power_reference_W, solver_iterations;
   std::vector<std::string> solver_status;
 
@@ -38,6 +39,7 @@ struct RunSummary {
   double limit_K = 0.0;
   std::optional<std::int64_t> limit_violations, limit_active_cycles;
   std::optional<double> time_to_95_percent_s, rms_error_after_50_ms_K, absorption_error_final;
+  std::optional<double> choroid_error_final;  ///< if beta was estimated
   std::int64_t cycles = 0;
   std::optional<std::int64_t> overruns, full_order_states;
   std::optional<std::string> stopped_for;
@@ -60,6 +62,7 @@ struct RunConfig {
   double power_max_W = std::numeric_limits<double>::quiet_NaN();
   double ambient_C = std::numeric_limits<double>::quiet_NaN();
   std::optional<double> absorption_true;  ///< of the simulated eye
+  std::optional<double> choroid_true;     ///< the same
 };
 
 /// Parse one file's text; `where` names it in errors.

@@ -121,6 +121,7 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.time_to_95_percent_s = reader.number("time_to_95_percent_s");
   summary.rms_error_after_50_ms_K = reader.number("rms_error_after_50_ms_K");
   summary.absorption_error_final = reader.number("absorption_error_final");
+  summary.choroid_error_final = reader.number("choroid_error_final");
   summary.cycles = reader.required("cycles", reader.count("cycles"));
   summary.overruns = reader.count("overruns");
   summary.full_order_states = reader.count("full_order_states");
@@ -149,6 +150,7 @@ RunConfig parse_run_config(std::string_view text, const std::string& where) {
   config.power_max_W = toml_number(table, "control", "power_max_W", where);
   config.ambient_C = toml_number(table, "tissue", "ambient_C", where);
   config.absorption_true = table["plant"]["absorption_factor"].value<double>();
+  config.choroid_true = table["plant"]["choroid_factor"].value<double>();
   return config;
 }
 

@@ -41,6 +41,7 @@ Json tissue_to_json(const Tissue& tissue) {
     if (layer.conductivity) json["conductivity_W_per_mK"] = *layer.conductivity;
     if (layer.density) json["density_kg_per_m3"] = *layer.density;
     if (layer.heat_capacity) json["heat_capacity_J_per_kgK"] = *layer.heat_capacity;
+    if (layer.scaled_by_beta) json["scaled_by_beta"] = true;
     if (layer.perfusion != 0.0) json["perfusion_W_per_m3K"] = layer.perfusion;
     layers.push_back(std::move(json));
   }
@@ -104,7 +105,9 @@ Tissue read_tissue(const JsonReader& json) {
                              .conductivity = optional("conductivity_W_per_mK"),
                              .density = optional("density_kg_per_m3"),
                              .heat_capacity = optional("heat_capacity_J_per_kgK"),
-                             .perfusion = optional("perfusion_W_per_m3K").value_or(0.0)});
+                             .perfusion = optional("perfusion_W_per_m3K").value_or(0.0),
+                             .scaled_by_beta = layer.has("scaled_by_beta") &&
+                                               layer["scaled_by_beta"].boolean()});
   }
   return tissue;
 }
@@ -118,27 +121,44 @@ Discretization read_discretization(const JsonReader& json) {
   return Discretization::kZeroOrderHold;
 }
 
+void read_range(const JsonReader& json, std::string_view name, double highest, double& min,
+                double& max) {
+  json["name"].expect(json["name"].text() == name, fmt::format("\"{}\"", name));
+  min = json["min"].number();
+  max = json["max"].number();
+  json["max"].expect(min > 0.0 && max > min && max <= highest,
+                     fmt::format("0 < min < max <= {}", highest));
+}
+
+Json parameters_to_json(const ReducedModel& model) {
+  Json list = Json::array(
+      {{{"name", "alpha"}, {"min", model.absorption_min}, {"max", model.absorption_max}}});
+  if (model.parameters == 2) {
+    list.push_back({{"name", "beta"}, {"min", model.choroid_min}, {"max", model.choroid_max}});
+  }
+  return list;
+}
+
 ReducedModel read_model(const JsonReader& json) {
   ReducedModel model;
   model.method = json["method"].text();
   // Files made before there was any do not name it.
   if (json.has("refinement")) model.refinement = json["refinement"].text();
-  const std::vector<JsonReader> parameters = json["parameters"].list(1);
-  json["parameters"].expect(parameters.size() == 1, "one parameter, \"alpha\"");
-  const JsonReader& range = parameters[0];
-  range["name"].expect(range["name"].text() == "alpha", "\"alpha\"");
-  model.absorption_min = range["min"].number();
-  model.absorption_max = range["max"].number();
-  range["max"].expect(model.absorption_min > 0.0 && model.absorption_max > model.absorption_min &&
-                          model.absorption_max <= 10.0,
-                      "0 < min < max <= 10");
-  model.theta = read_theta(json["theta"]);
+  const std::vector<JsonReader> parameters = json["parameters"].list(2);
+  json["parameters"].expect(parameters.size() == 1 || parameters.size() == 2,
+                            "\"alpha\", or \"alpha\" and \"beta\"");
+  model.parameters = static_cast<int>(parameters.size());
+  read_range(parameters[0], "alpha", 10.0, model.absorption_min, model.absorption_max);
+  if (model.parameters == 2) {
+    read_range(parameters[1], "beta", 20.0, model.choroid_min, model.choroid_max);
+  }
+  model.theta = read_theta(json["theta"], model.parameters);
   // Files made before there was a choice do not name it.
   model.parameter_dependence = json.has("parameter_dependence")
                                    ? json["parameter_dependence"].text()
                                    : std::string(to_string(model.theta.kind));
   model.volume_normalized = json["volume_normalized"].boolean();
-  model.whole = read_absorbed(json["absorbed_fraction"]);
+  model.whole = read_absorbed(json["absorbed_fraction"], model.parameters);
   const JsonReader continuous = json["continuous"];
   continuous["A"].matrix(model.A);
   json["order"].expect(json["order"].count() == static_cast<std::size_t>(model.A.rows()),
@@ -161,7 +181,12 @@ ReducedModel read_model(const JsonReader& json) {
   model.error.peak = error["peak_relative"].numbers(1000);
   model.error.volume = error["volume_relative"].numbers(1000);
   const std::size_t checked = model.error.absorption_factors.size();
-  for (const auto* key : {"peak_relative", "volume_relative"}) {
+  std::vector<std::string> per_check = {"peak_relative", "volume_relative"};
+  if (model.parameters == 2) {
+    model.error.choroid_factors = error["choroid_factors"].numbers(1000);
+    per_check.emplace_back("choroid_factors");
+  }
+  for (const std::string& key : per_check) {
     error[key].expect(error[key].list(1000).size() == checked,
                       fmt::format("{} numbers, one for each of error.absorption_factors", checked));
   }
@@ -177,6 +202,14 @@ ReducedModel read_model(const JsonReader& json) {
   return model;
 }
 
+// Told twice: by the number of parameters and by the layers.
+void check_parameters(const JsonReader& json, const ReducedModel& model) {
+  json["parameters"].expect(
+      (model.parameters == 2) == model.tissue.two_parameters(),
+      model.tissue.two_parameters() ? "alpha and beta, because a layer has scaled_by_beta"
+                                    : "alpha alone, because no absorbing layer has scaled_by_beta");
+}
+
 // The normalisation is told twice, by what the online code uses and by the tissue: they must agree.
 void check_normalization(const JsonReader& json, const ReducedModel& model) {
   const bool normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
@@ -190,7 +223,9 @@ void check_normalization(const JsonReader& json, const ReducedModel& model) {
   json["absorbed_fraction"].expect(near(model.whole.fixed_front, whole.fixed_front) &&
                                        near(model.whole.scaled_front, whole.scaled_front) &&
                                        near(model.whole.fixed_back, whole.fixed_back) &&
-                                       near(model.whole.scaled_back, whole.scaled_back),
+                                       near(model.whole.scaled_back, whole.scaled_back) &&
+                                       near(model.whole.choroid_front, whole.choroid_front) &&
+                                       near(model.whole.choroid_back, whole.choroid_back),
                                    "the optical depths of the whole tissue");
 }
 
@@ -210,13 +245,11 @@ std::string to_json(const ReducedModel& model) {
       {"method", model.method},
       {"refinement", model.refinement},
       {"order", model.order()},
-      {"parameters",
-       Json::array(
-           {{{"name", "alpha"}, {"min", model.absorption_min}, {"max", model.absorption_max}}})},
+      {"parameters", parameters_to_json(model)},
       {"parameter_dependence", model.parameter_dependence},
-      {"theta", theta_to_json(model.theta)},
+      {"theta", theta_to_json(model.theta, model.parameters)},
       {"volume_normalized", model.volume_normalized},
-      {"absorbed_fraction", absorbed_to_json(model.whole)},
+      {"absorbed_fraction", absorbed_to_json(model.whole, model.parameters)},
       {"continuous",
        {{"A", matrix_to_json(model.A)},
         {"B", matrix_to_json(model.B)},
@@ -242,6 +275,7 @@ std::string to_json(const ReducedModel& model) {
         {"peak_relative", model.error.peak},
         {"volume_relative", model.error.volume}}},
   };
+  if (model.parameters == 2) json["error"]["choroid_factors"] = model.error.choroid_factors;
   if (model.certificate) json["certificate"] = certificate_to_json(*model.certificate);
   json["checksum"] = checksum(json);
   return json.dump(1) + "\n";
@@ -280,6 +314,7 @@ ReducedModel from_json(std::string_view text, std::string_view where) {
   try {
     ReducedModel model = read_model(reader);
     model.tissue.validate();
+    check_parameters(reader, model);
     check_normalization(reader, model);
     verify(model);
     return model;

@@ -36,37 +36,53 @@ OutputCertificate read_output_certificate(const JsonReader& json) {
 
 }  // namespace
 
-Json absorbed_to_json(const AbsorbedFraction& a) {
-  return {{"fixed_front", a.fixed_front},
-          {"scaled_front", a.scaled_front},
-          {"fixed_back", a.fixed_back},
-          {"scaled_back", a.scaled_back}};
+Json absorbed_to_json(const AbsorbedFraction& a, int parameters) {
+  Json json = {{"fixed_front", a.fixed_front},
+               {"scaled_front", a.scaled_front},
+               {"fixed_back", a.fixed_back},
+               {"scaled_back", a.scaled_back}};
+  if (parameters == 1) return json;
+  json["choroid_front"] = a.choroid_front;
+  json["choroid_back"] = a.choroid_back;
+  return json;
 }
 
-AbsorbedFraction read_absorbed(const JsonReader& json) {
-  return {json["fixed_front"].number(), json["scaled_front"].number(), json["fixed_back"].number(),
-          json["scaled_back"].number()};
+AbsorbedFraction read_absorbed(const JsonReader& json, int parameters) {
+  AbsorbedFraction a{json["fixed_front"].number(), json["scaled_front"].number(),
+                     json["fixed_back"].number(), json["scaled_back"].number()};
+  if (parameters == 1) return a;
+  a.choroid_front = json["choroid_front"].number();
+  a.choroid_back = json["choroid_back"].number();
+  return a;
 }
 
-Json theta_to_json(const Theta& theta) {
+Json theta_to_json(const Theta& theta, int parameters) {
   if (theta.kind == ThetaKind::kDeim) {
     Json points = Json::array();
-    for (int j = 0; j < theta.terms; ++j) points.push_back(absorbed_to_json(theta.points[j]));
+    for (int j = 0; j < theta.terms; ++j) {
+      points.push_back(absorbed_to_json(theta.points[j], parameters));
+    }
     return {{"kind", to_string(theta.kind)}, {"points", points}};
   }
   Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}, {"center", theta.center}};
   if (theta.kind == ThetaKind::kChebyshev) json["half_width"] = theta.half_width;
+  if (parameters == 1) return json;
+  json["choroid_terms"] = theta.choroid_terms;
+  json["choroid_center"] = theta.choroid_center;
+  json["choroid_half_width"] = theta.choroid_half_width;
   return json;
 }
 
-Theta read_theta(const JsonReader& json) {
+Theta read_theta(const JsonReader& json, int parameters) {
   Theta theta;
   const std::string kind = json["kind"].text();
-  json["kind"].expect(kind == "deim" || kind == "chebyshev" || kind == "taylor",
-                      "\"deim\", \"chebyshev\" or \"taylor\"");
+  json["kind"].expect(
+      kind == "deim" || kind == "chebyshev" || (kind == "taylor" && parameters == 1),
+      parameters == 1 ? "\"deim\", \"chebyshev\" or \"taylor\""
+                      : "\"deim\" or \"chebyshev\", for two parameters");
   if (kind == "deim") {
     for (const JsonReader& point : json["points"].list(kMaxTerms)) {
-      theta.points[theta.terms++] = read_absorbed(point);
+      theta.points[theta.terms++] = read_absorbed(point, parameters);
     }
     return theta;
   }
@@ -79,6 +95,15 @@ Theta read_theta(const JsonReader& json) {
     theta.half_width = json["half_width"].number();
     json["half_width"].expect(theta.half_width > 0.0, "above 0");
   }
+  if (parameters == 1) return theta;
+  const std::size_t choroid_terms = json["choroid_terms"].count();
+  json["choroid_terms"].expect(
+      choroid_terms >= 1 && choroid_terms <= terms && terms % choroid_terms == 0,
+      fmt::format("a divisor of the {} theta.terms", terms));
+  theta.choroid_terms = static_cast<int>(choroid_terms);
+  theta.choroid_center = json["choroid_center"].number();
+  theta.choroid_half_width = json["choroid_half_width"].number();
+  json["choroid_half_width"].expect(theta.choroid_half_width > 0.0, "above 0");
   return theta;
 }
 

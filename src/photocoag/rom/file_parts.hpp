@@ -8,11 +8,12 @@
 
 namespace photocoag {
 
-Json absorbed_to_json(const AbsorbedFraction& absorbed);
-AbsorbedFraction read_absorbed(const JsonReader& json);
+/// `parameters`: 1, alpha; 2, alpha and beta.
+Json absorbed_to_json(const AbsorbedFraction& absorbed, int parameters);
+AbsorbedFraction read_absorbed(const JsonReader& json, int parameters);
 
-Json theta_to_json(const Theta& theta);
-Theta read_theta(const JsonReader& json);
+Json theta_to_json(const Theta& theta, int parameters);
+Theta read_theta(const JsonReader& json, int parameters);
 
 Json certificate_to_json(const ErrorCertificate& certificate);
 /// Validated (ErrorCertificate::validate).

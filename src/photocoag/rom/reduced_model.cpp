@@ -15,6 +15,7 @@ double ErrorReport::volume_max() const noexcept {
 }
 
 void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) const noexcept {
+  if (parameters != 1) return evaluate(absorption_factor, 1.0, out);
   const int n = order();
   out.input.setZero(n);
   out.input_slope.setZero(n);
@@ -88,19 +89,17 @@ void ReducedModel::discretize(double period_s, Discretization how) {
   B_d = pair.input * B;
 }
 
-ReducedPlant::ReducedPlant(const ReducedModel& model, double absorption_factor,
-                           double choroid_factor)
+ReducedPlant::ReducedPlant(const ReducedModel& model, AbsorptionFactors absorption)
     : model_(model),
-      absorption_factor_(absorption_factor),
-      choroid_factor_(choroid_factor),
+      absorption_(absorption),
       state_(StateVector::Zero(model.order())) {
-  model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
+  model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
 }
 
 void ReducedPlant::set_period(double period) {
   if (period == model_.period) return;
   model_.discretize(period, model_.discretization);
-  model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
+  model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
 }
 
 void ReducedPlant::step(double power) noexcept {

@@ -96,11 +96,11 @@ struct ReducedModel {
   void discretize(double period_s, Discretization how);
 };
 
-/// The reduced model as a simulated eye, for one alpha. A Plant (loop/plant.hpp).
+/// The reduced model as a simulated eye, for one alpha and beta. A Plant (loop/plant.hpp).
 class ReducedPlant {
  public:
   /// Uses the model's period and discretization. Keeps a copy.
-  ReducedPlant(const ReducedModel& model, double absorption_factor, double choroid_factor = 1.0);
+  ReducedPlant(const ReducedModel& model, AbsorptionFactors absorption);
 
   /// Changes the period, s, keeping the state. Allocates.
   void set_period(double period);
@@ -111,8 +111,7 @@ class ReducedPlant {
 
  private:
   ReducedModel model_;
-  double absorption_factor_;
-  double choroid_factor_;
+  AbsorptionFactors absorption_;
   ParametricMatrices matrices_;
   StateVector state_;
 };
@@ -121,7 +120,8 @@ class ReducedPlant {
 /// violation: sizes, finite entries, eigenvalues of A negative, discrete matrices that belong to
 /// the continuous ones and have a spectral radius below 1, peak steady gain positive and increasing
 /// in alpha, peak impulse response non-negative over the longest horizon (kMaxHorizon) on
-/// [absorption_min, absorption_max].
+/// [absorption_min, absorption_max], with two parameters for seven beta on [choroid_min,
+/// choroid_max].
 void verify(const ReducedModel& model);
 
 }  // namespace photocoag

@@ -18,7 +18,8 @@ using TermVector = BoundedVector<kMaxTerms>;
 
 enum class ThetaKind {
   kDeim,       ///< theta_j = absorbed fraction of the grid cell that DEIM chose
-  kChebyshev,  ///< theta_j = T_j(x), x = (alpha - center) / half_width
+  kChebyshev,  ///< theta_j = T_j(x), x = (alpha - center) / half_width; for two parameters the
+               ///< products T_j(x) T_k(y), y the same for beta, with j running fastest
   kTaylor,     ///< theta_j = (alpha - center)^j
 };
 
@@ -31,11 +32,15 @@ struct Theta {
   ThetaKind kind = ThetaKind::kDeim;
   double center = 0.0;      ///< kChebyshev, kTaylor
   double half_width = 1.0;  ///< kChebyshev; 1 for kTaylor
+  int choroid_terms = 1;           ///< kChebyshev: factors T_k(y); 1: beta plays no part
+  double choroid_center = 1.0;     ///< kChebyshev with beta
+  double choroid_half_width = 1.0;
 
-  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1.
+  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1, where beta plays no part or is 1
+  /// (kDeim).
   void evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept;
 
-  /// The same at a choroid factor beta, with the derivatives by it. kDeim only.
+  /// The same at a choroid factor beta, with the derivatives by it. Not kTaylor.
   void evaluate(double alpha, double beta, TermVector& value, TermVector& slope,
                 TermVector& slope_choroid) const noexcept;
 

@@ -29,6 +29,12 @@ void verify_sizes(const ReducedModel& model) {
     return matrix.rows() == rows && matrix.cols() == cols;
   };
   demand(n >= 1 && is(model.A, n, n), "A", size(model.A), "a square matrix");
+  const bool two = model.parameters == 2;
+  demand(model.parameters == 1 ||
+             (two && model.theta.kind != ThetaKind::kTaylor && model.choroid_min > 0.0 &&
+              model.choroid_max > model.choroid_min),
+         "parameters", fmt::format("{}", model.parameters),
+         "alpha, or alpha and beta with a range and a theta that depends on both");
   demand(m >= 1, "theta", fmt::format("{} terms", m), "at least one term");
   demand(is(model.B, n, m), "B", size(model.B), fmt::format("{} x {}", n, m));
   demand(is(model.B_d, n, m), "discrete.B", size(model.B_d), fmt::format("{} x {}", n, m));
@@ -46,6 +52,35 @@ double largest_real_part(const Eigen::MatrixXd& matrix) {
 
 double spectral_radius(const Eigen::MatrixXd& matrix) {
   return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+// What a controller relies on, at one beta.
+void verify_signs(const ReducedModel& model, const Eigen::VectorXd& steady_row, double beta) {
+  constexpr int kSamples = 29;
+  double last_gain = 0.0;
+  const std::string at_beta = model.parameters == 1 ? "" : fmt::format(", beta = {}", beta);
+  for (int s = 0; s < kSamples; ++s) {
+    const double alpha =
+        model.absorption_min + (model.absorption_max - model.absorption_min) * s / (kSamples - 1);
+    ParametricMatrices matrices;
+    model.evaluate(alpha, beta, matrices);
+    const double gain = steady_row.dot(matrices.input);
+    demand(gain > last_gain, "C_peak",
+           fmt::format("steady peak gain {} K/W at alpha = {}{}, {} K/W below it", gain, alpha,
+                       at_beta, last_gain),
+           "a gain above 0 that grows with alpha (not so if layers in front of the peak layer "
+           "are scaled by alpha, or the peak layer lies behind a scaled one)");
+    last_gain = gain;
+    StateVector state = matrices.input;
+    for (int k = 1; k < kMaxHorizon; ++k) {
+      const double response = model.C_peak.dot(state);
+      demand(response >= 0.0, "C_peak",
+             fmt::format("peak impulse response {} K/W at step {}, alpha = {}{}", response, k, alpha,
+                         at_beta),
+             "not negative: heating never cools");
+      state = (model.A_d.lazyProduct(state)).eval();
+    }
+  }
 }
 
 }  // namespace
@@ -75,28 +110,11 @@ void verify(const ReducedModel& model) {
                                          .transpose()
                                          .partialPivLu()
                                          .solve(Eigen::VectorXd(model.C_peak));
-  constexpr int kSamples = 29;
-  double last_gain = 0.0;
-  for (int s = 0; s < kSamples; ++s) {
-    const double alpha =
-        model.absorption_min + (model.absorption_max - model.absorption_min) * s / (kSamples - 1);
-    ParametricMatrices matrices;
-    model.evaluate(alpha, matrices);
-    const double gain = steady_row.dot(matrices.input);
-    demand(gain > last_gain, "C_peak",
-           fmt::format("steady peak gain {} K/W at alpha = {}, {} K/W below it", gain, alpha,
-                       last_gain),
-           "a gain above 0 that grows with alpha (not so if layers in front of the peak layer "
-           "are scaled by alpha, or the peak layer lies behind a scaled one)");
-    last_gain = gain;
-    StateVector state = matrices.input;
-    for (int k = 1; k < kMaxHorizon; ++k) {
-      const double response = model.C_peak.dot(state);
-      demand(response >= 0.0, "C_peak",
-             fmt::format("peak impulse response {} K/W at step {}, alpha = {}", response, k, alpha),
-             "not negative: heating never cools");
-      state = (model.A_d.lazyProduct(state)).eval();
-    }
+  if (model.parameters == 1) return verify_signs(model, steady_row, 1.0);
+  constexpr int kChoroids = 7;
+  for (int s = 0; s < kChoroids; ++s) {
+    verify_signs(model, steady_row,
+                 model.choroid_min + (model.choroid_max - model.choroid_min) * s / (kChoroids - 1));
   }
 }
 

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kMoved = 2e-3;  // m
 
-std::vector<Outputs> unit_response(const Tissue& tissue, const GridSettings& grid, double alpha,
+std::vector<Outputs> unit_response(const Tissue& tissue, const GridSettings& grid, AbsorptionFactors at,
                                    const std::vector<double>& times) {
   FullOrderPlant plant(std::make_shared<const FullOrderModel>(tissue, grid),
-                       Discretization::kZeroOrderHold, times.front(), alpha, 0.0);
+                       Discretization::kZeroOrderHold, times.front(), at, 0.0);
   return sample_step_response(plant, Discretization::kZeroOrderHold, times.front(), 1.0, times);
 }
 
@@ -26,13 +26,14 @@ Layer clear_layer(const std::string& where, const Layer& neighbour) {
   layer.thickness = kMoved;
   layer.absorption = 0.0;
   layer.scaled_by_alpha = false;
+  layer.scaled_by_beta = false;
   return layer;
 }
 
 }  // namespace
 
 std::vector<BoundaryEffect> boundary_effects(const Tissue& tissue, const GridSettings& grid,
-                                             double absorption_factor,
+                                             AbsorptionFactors absorption,
                                              const std::vector<double>& times) {
   Tissue front = tissue;
   front.layers.insert(front.layers.begin(), clear_layer("in front of ", tissue.layers.front()));
@@ -41,10 +42,10 @@ std::vector<BoundaryEffect> boundary_effects(const Tissue& tissue, const GridSet
   Tissue radius = tissue;
   radius.domain_radius *= 2.0;
 
-  const std::vector<Outputs> base = unit_response(tissue, grid, absorption_factor, times);
+  const std::vector<Outputs> base = unit_response(tissue, grid, absorption, times);
   std::vector<BoundaryEffect> effects;
   const auto compare = [&](std::string name, std::string moved, const Tissue& larger) {
-    const std::vector<Outputs> moved_out = unit_response(larger, grid, absorption_factor, times);
+    const std::vector<Outputs> moved_out = unit_response(larger, grid, absorption, times);
     BoundaryEffect effect{std::move(name), std::move(moved), {}};
     for (std::size_t i = 0; i < times.size(); ++i) {
       effect.change.push_back(moved_out[i].peak / base[i].peak - 1.0);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "photocoag/fom/grid_settings.hpp"
+#include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
@@ -22,7 +23,7 @@ struct BoundaryEffect {
 /// the full-order peak after constant power at `times`, s (ascending, above 0). Throws Error on a
 /// bad tissue. Allocates: four full-order models.
 std::vector<BoundaryEffect> boundary_effects(const Tissue& tissue, const GridSettings& grid,
-                                             double absorption_factor,
+                                             AbsorptionFactors absorption,
                                              const std::vector<double>& times);
 
 }  // namespace photocoag

@@ -61,13 +61,14 @@ double normalized_square(const Eigen::MatrixXd& covariance, const Eigen::VectorX
 }
 
 template <typename P>
-double state_nees(const Controller& controller, const P& plant, double alpha) {
+double state_nees(const Controller& controller, const P& plant, AbsorptionFactors truth) {
   if constexpr (requires { plant.state(); }) {
     const auto& filter = controller.filter();
     const Eigen::Index n = filter.state().size();
-    Eigen::VectorXd error(n + 1);
+    Eigen::VectorXd error(filter.covariance().rows());
     error.head(n) = filter.state() - plant.state();
-    error[n] = filter.absorption_factor() - alpha;
+    error[n] = filter.absorption_factor() - truth.alpha;
+    if (error.size() == n + 2) error[n + 1] = filter.choroid_factor() - truth.beta;
     return normalized_square(filter.covariance(), error);
   } else {
     return 0.0;
@@ -116,7 +117,7 @@ void treat_one(const Config& config, const EstimationScenario& scenario, Control
     const Estimate estimate = controller.observe(
         {.volume_temperature = disturbed(scenario, noisy, k, fate), .applied_power = power});
     add_errors(config, estimate, truth, alpha, sums[k]);
-    sums[k].sum.nees += state_nees(controller, plant, alpha);
+    sums[k].sum.nees += state_nees(controller, plant, {alpha, config.plant.choroid_factor});
     if (estimate.status == UpdateStatus::kUpdated) {
       const auto& filter = controller.filter();
       sums[k].sum.nis += square(filter.innovation() / filter.innovation_sigma());
@@ -155,13 +156,14 @@ EstimationStatistics estimation_statistics(const Config& base, ModelStore& model
   const Controller controller(model, config.control, config.estimator);
   for (int seed = 1; seed <= seeds; ++seed) {
     const double alpha = draw_alpha(config, scenario, seed);
+    const AbsorptionFactors eye{alpha, config.plant.choroid_factor};
     if (scenario.full_order) {
       treat_one(config, scenario, controller,
                 FullOrderPlant(models.plant_full(), config.plant.discretization,
-                               config.control.period, alpha),
+                               config.control.period, eye),
                 alpha, seed, sums);
     } else {
-      treat_one(config, scenario, controller, ReducedPlant(model, alpha), alpha, seed, sums);
+      treat_one(config, scenario, controller, ReducedPlant(model, eye), alpha, seed, sums);
     }
   }
   EstimationStatistics result{.scenario = scenario, .cycles = {}};

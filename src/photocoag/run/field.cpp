@@ -52,10 +52,10 @@ std::vector<TemperatureField> temperature_fields(const std::shared_ptr<const Ful
                                                  const std::vector<double>& powers,
                                                  const std::vector<std::size_t>& after) {
   const double period = config.control.period;
-  const double alpha = config.plant.absorption_factor;
+  const AbsorptionFactors absorption = config.plant.absorption();
   const Discretization how = config.plant.discretization;
   if (model == FieldModel::kFull && !full->separable()) {
-    LayeredStepper stepper(full, how, period, alpha);
+    LayeredStepper stepper(full, how, period, absorption);
     return collect(
         *full, period, powers, after, [&](double power) { stepper.step(power); },
         [&] { return stepper.temperatures(); });
@@ -64,12 +64,12 @@ std::vector<TemperatureField> temperature_fields(const std::shared_ptr<const Ful
     ModalStepper stepper(full, how, period);
     return collect(
         *full, period, powers, after, [&](double power) { stepper.step(power); },
-        [&] { return stepper.temperatures(alpha); });
+        [&] { return stepper.temperatures(absorption); });
   }
   const ReconstructingModel reduced =
       reconstructing_model(*full, config.model.reduction, period, how);
   ParametricMatrices matrices;
-  reduced.model.evaluate(alpha, matrices);
+  reduced.model.evaluate(absorption.alpha, absorption.beta, matrices);
   Eigen::VectorXd state = Eigen::VectorXd::Zero(reduced.model.order());
   return collect(
       *full, period, powers, after,

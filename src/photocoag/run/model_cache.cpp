@@ -24,7 +24,7 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
       fmt::format("{} {} {} {} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}",
                   source_hash(), kModelFileVersion, grid.min_cells, to_string(reduction.method),
                   to_string(reduction.refinement), reduction.order,
-                  to_string(reduction.dependence()), reduction.terms(), period,
+                  to_string(reduction.dependence()), reduction.terms(tissue.two_parameters()), period,
                   to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
                   tissue.spot_radius, tissue.transmission, tissue.density, tissue.heat_capacity,
                   tissue.conductivity, to_string(tissue.volume_temperature), tissue.peak_layer);
@@ -39,6 +39,9 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
     text += fmt::format("\n{} {:a} {:a} {} {} {} {} {:a}", layer.name, layer.thickness,
                         layer.absorption, layer.scaled_by_alpha, optional(layer.conductivity),
                         optional(layer.density), optional(layer.heat_capacity), layer.perfusion);
+    if (layer.scaled_by_beta) {
+      text += fmt::format(" beta {:a} {:a}", reduction.choroid_min, reduction.choroid_max);
+    }
   }
   return sha256_hex(text).substr(0, 32);
 }
@@ -116,6 +119,14 @@ std::string first_difference(const Tissue& config, const Tissue& model) {
     }
     if (mine.absorption != theirs.absorption) {
       return differ(mine.name + " absorption_per_m", mine.absorption, theirs.absorption);
+    }
+    const auto scale = [](const Layer& layer) {
+      return layer.scaled_by_alpha ? "alpha" : layer.scaled_by_beta ? "beta" : "none";
+    };
+    if (mine.scaled_by_alpha != theirs.scaled_by_alpha ||
+        mine.scaled_by_beta != theirs.scaled_by_beta) {
+      return fmt::format("{} scaled_by = \"{}\", model with \"{}\"", mine.name, scale(mine),
+                         scale(theirs));
     }
     const std::string thermal = thermal_difference(mine, theirs);
     if (!thermal.empty()) return mine.name + " " + thermal;

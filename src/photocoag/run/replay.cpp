@@ -131,8 +131,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   ModelStore models(config, use_cache);
   const ReducedModel& model = models.reduced();
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
-  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
-                                                             config.estimator.absorption_max));
+  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test({.samples = 64,

@@ -24,7 +24,7 @@ constexpr std::string_view kHeader =
     "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
     "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,solver_status,"
     "solver_iterations,peak_sigma_K,limit_active,overrun,safety_state,safety_reason,sample_"
-    "verdict\n";
+    "verdict";
 
 // Median, 99 %, worst and first of durations in ns, in us.
 Json percentiles_us(std::vector<std::int64_t> ns) {
@@ -62,6 +62,10 @@ void add_histograms(const CycleHistograms& histograms, Json& summary) {
   add("slack_us", histograms.slack);
 }
 
+bool estimates_choroid(const Config& config) {
+  return config.estimator.unknowns == Unknowns::kRpeAndChoroid;
+}
+
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 }  // namespace
@@ -96,6 +100,10 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   if (!treatment.records.empty()) {
     numbers.absorption_error_final =
         treatment.records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
+    if (estimates_choroid(config)) {
+      numbers.choroid_error_final =
+          treatment.records.back().estimate.choroid_factor / config.plant.choroid_factor - 1.0;
+    }
   }
   const SafetyStatus& safety = treatment.outcome.safety;
   const bool by_supervisor = safety.reason != SafetyReason::kNone;
@@ -111,18 +119,23 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   return numbers;
 }
 
-std::string run_csv(const Treatment& treatment) {
+std::string run_csv(const Treatment& treatment, bool with_choroid) {
   std::string text(kHeader);
+  text += with_choroid ? ",choroid_estimate,choroid_sigma\n" : "\n";
   auto out = std::back_inserter(text);
   for (const CycleRecord& r : treatment.records) {
     const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle,
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle,
                    r.time, r.power, r.truth.volume, measured, r.estimate.outputs.volume,
                    r.truth.peak, r.estimate.outputs.peak, r.estimate.absorption_factor,
                    r.estimate.absorption_sigma, r.decision.power_reference,
                    to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
                    r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),
                    to_string(r.authorization.reason), to_string(r.sample.reason));
+    if (with_choroid) {
+      fmt::format_to(out, ",{},{}", r.estimate.choroid_factor, r.estimate.choroid_sigma);
+    }
+    text += '\n';
   }
   return text;
 }
@@ -159,7 +172,7 @@ void open_run_folder(const fs::path& folder, const Config& config) {
 }
 
 void write_run(const fs::path& folder, const Config& config, const Treatment& treatment) {
-  write_file(folder / "run.csv", run_csv(treatment));
+  write_file(folder / "run.csv", run_csv(treatment, estimates_choroid(config)));
   const RunSummaryNumbers numbers = summarize(config, treatment);
   Json summary = {
       {"notice", kResearchNotice},
@@ -181,6 +194,7 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
       {"source_hash", source_hash()},
       {"loop_wall_s", treatment.wall_seconds},
   };
+  if (numbers.choroid_error_final) summary["choroid_error_final"] = *numbers.choroid_error_final;
   for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
     summary["thermal_dose"][std::string(kPublishedDamage[i].name)] = numbers.thermal_dose[i];
   }

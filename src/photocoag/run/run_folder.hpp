@@ -24,6 +24,7 @@ struct RunSummaryNumbers {
       time_to_95_percent;  ///< s, end of the first cycle with true peak >= 0.95 reference
   std::optional<double> rms_error_after_50_ms;  ///< K, true peak against reference
   double absorption_error_final = 0.0;          ///< estimate / truth - 1
+  std::optional<double> choroid_error_final;    ///< the same of beta, if it is estimated
   /// Arrhenius integral at the true peak, one per set of kPublishedDamage; damage at 1.
   std::array<double, kPublishedDamage.size()> thermal_dose{};
   std::string stopped_for;  ///< empty: ran to its end
@@ -45,6 +46,7 @@ void write_run(const std::filesystem::path& folder, const Config& config,
                const Treatment& treatment);
 
 /// run.csv as text: the same configuration, seed, build and machine give the same bytes.
-std::string run_csv(const Treatment& treatment);
+/// `with_choroid`: with the estimate of beta as the last columns.
+std::string run_csv(const Treatment& treatment, bool with_choroid = false);
 
 }  // namespace photocoag

@@ -5,10 +5,10 @@
 namespace photocoag {
 
 std::vector<SchemeErrors> scheme_errors(const std::shared_ptr<const FullOrderModel>& full,
-                                        double absorption_factor,
+                                        AbsorptionFactors absorption,
                                         const std::vector<double>& periods, std::size_t steps) {
   const auto response = [&](Discretization how, double period) {
-    FullOrderPlant plant(full, how, period, absorption_factor);
+    FullOrderPlant plant(full, how, period, absorption);
     std::vector<Outputs> outputs;
     for (std::size_t k = 0; k < steps; ++k) {
       plant.step(1.0);

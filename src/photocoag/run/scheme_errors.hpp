@@ -32,7 +32,7 @@ struct SchemeErrors {
 /// Implicit Euler and TR-BDF2 at each period, in this order, for `steps` periods of constant power.
 /// Allocates.
 std::vector<SchemeErrors> scheme_errors(const std::shared_ptr<const FullOrderModel>& full,
-                                        double absorption_factor,
+                                        AbsorptionFactors absorption,
                                         const std::vector<double>& periods, std::size_t steps);
 
 }  // namespace photocoag

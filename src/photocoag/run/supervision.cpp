@@ -36,8 +36,7 @@ SafetyLimits safety_limits(const Config& config) {
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }
 
-WitnessModel witness_model(const ReducedModel& model, double absorption_min,
-                           double absorption_max) {
+WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& estimator) {
   const Eigen::Index n = model.order();
   const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
   const double imaginary = eigen.eigenvalues().imag().cwiseAbs().maxCoeff();
@@ -54,15 +53,30 @@ WitnessModel witness_model(const ReducedModel& model, double absorption_min,
   for (Eigen::Index i = 0; i < n; ++i) {
     witness.decay[static_cast<std::size_t>(i)] = eigen.eigenvalues()[i].real();
   }
+  const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
+  if (both) {
+    witness.absorptions = kWitnessAbsorptions / 2;
+    witness.choroids = kWitnessChoroids;
+    // The last 20 samples of a held temperature are one number for two unknowns: what told them
+    // apart, the rise, has to count for longer.
+    witness.memory = 0.99;
+  }
+  const auto spread = [](double low, double high, std::size_t i, std::size_t count) {
+    return low * std::pow(high / low, static_cast<double>(i) / static_cast<double>(count - 1));
+  };
   ParametricMatrices at;
-  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
-    const double fraction = static_cast<double>(j) / static_cast<double>(kWitnessAbsorptions - 1);
-    const double alpha = absorption_min * std::pow(absorption_max / absorption_min, fraction);
-    model.evaluate(alpha, at);
+  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
+    const std::size_t own = j % witness.absorptions;
+    const double alpha = spread(estimator.absorption_min, estimator.absorption_max, own,
+                                witness.absorptions);
+    const double beta = both ? spread(estimator.choroid_min, estimator.choroid_max,
+                                      j / witness.absorptions, witness.choroids)
+                             : estimator.choroid_initial;
+    model.evaluate(alpha, beta, at);
     const Eigen::VectorXd input = left.solve(Eigen::VectorXd(at.input));
     const Eigen::VectorXd volume = right.transpose() * Eigen::VectorXd(at.volume);
     const Eigen::VectorXd peak = right.transpose() * Eigen::VectorXd(model.C_peak);
-    witness.absorption[j] = alpha;
+    witness.absorption[own] = alpha;
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       witness.volume[j][k] = volume[i] * input[i];

@@ -63,6 +63,7 @@ double highest_peak(const Config& config, const ReducedModel& model,
                     const std::shared_ptr<const FullOrderModel>& eye_model, double alpha) {
   Config quiet = config;
   quiet.plant.absorption_factor = alpha;
+  quiet.plant.choroid_factor = config.estimator.choroid_initial;
   quiet.plant.noise = 0.0;
   quiet.plant.zero_power_sample = ZeroPowerSample::kMeasured;
   quiet.safety.supervised = false;

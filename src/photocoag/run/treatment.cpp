@@ -114,8 +114,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
     Unsupervised none;
     return run_under(none, config, controller, eye, around, treatment);
   }
-  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator.absorption_min,
-                                                             config.estimator.absorption_max));
+  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test
@@ -168,12 +167,12 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
     treatment.full_order_states = eye.full->states();
     run(config, model, controller,
         FullOrderPlant(eye.full, config.plant.discretization, config.control.period,
-                       config.plant.absorption_factor),
+                       config.plant.absorption()),
         around, treatment);
   } else {
     treatment.full_order_states = eye.reduced->full_order_states;
-    run(config, model, controller, ReducedPlant(*eye.reduced, config.plant.absorption_factor),
-        around, treatment);
+    run(config, model, controller, ReducedPlant(*eye.reduced, config.plant.absorption()), around,
+        treatment);
   }
   return treatment;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace photocoag {
 namespace {
 
-constexpr double kMemory = 0.95;      // of the misfit: 20 samples count
 constexpr double kPlausible = 12.0;   // 3.5 standard deviations of one parameter
 constexpr double kLeastNoise = 0.02;  // K: a noise-free simulated eye has a model error still
 
@@ -41,7 +41,7 @@ void Witness::emit(double power) noexcept {
     coasting_[i] = model_.decay[i] * lag_[i];
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
-  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
+  for (std::size_t j = 0; j < curves(); ++j) {
     volume_now_[j] = dot(model_.volume[j], lag_);
   }
 }
@@ -54,61 +54,108 @@ double Witness::variance(std::size_t j) const noexcept {
 WitnessResidual Witness::compare(double volume_temperature) const noexcept {
   // The volume temperature grows with alpha wherever light is still arriving; min and max also
   // serve where it does not.
-  const auto [least, most] =
-      std::minmax_element(volume_now_.begin() + static_cast<std::ptrdiff_t>(low_),
-                          volume_now_.begin() + static_cast<std::ptrdiff_t>(high_) + 1);
-  const double sigma = std::sqrt(variance(high_));
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  double largest_variance = 0.0;
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    const Family& family = families_[b];
+    if (!family.plausible) continue;
+    const auto [low, high] =
+        std::minmax_element(volume_now_.begin() + static_cast<std::ptrdiff_t>(family.low),
+                            volume_now_.begin() + static_cast<std::ptrdiff_t>(family.high) + 1);
+    least = std::min(least, *low);
+    most = std::max(most, *high);
+    largest_variance = std::max(largest_variance, variance(family.high));
+  }
+  const double sigma = std::sqrt(largest_variance);
   const double beyond =
-      std::max({0.0, *least - volume_temperature, volume_temperature - *most}) / sigma;
+      std::max({0.0, least - volume_temperature, volume_temperature - most}) / sigma;
   return {.outside = beyond,
           .fit = (volume_temperature - volume_now_[best_]) / std::sqrt(variance(best_))};
 }
 
 void Witness::learn(double volume_temperature) noexcept {
-  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
+  for (std::size_t j = 0; j < curves(); ++j) {
     const double residual = volume_temperature - volume_now_[j];
-    misfit_[j] = kMemory * misfit_[j] + residual * residual / variance(j);
+    misfit_[j] = model_.memory * misfit_[j] + residual * residual / variance(j);
   }
   find_plausible();
 }
 
 void Witness::find_plausible() noexcept {
-  best_ =
-      static_cast<std::size_t>(std::min_element(misfit_.begin(), misfit_.end()) - misfit_.begin());
+  const auto end = misfit_.begin() + static_cast<std::ptrdiff_t>(curves());
+  best_ = static_cast<std::size_t>(std::min_element(misfit_.begin(), end) - misfit_.begin());
   const double bar = misfit_[best_] + kPlausible;
-  low_ = best_;
-  while (low_ > 0 && misfit_[low_ - 1] <= bar) --low_;
-  std::size_t inside = best_;
-  while (inside + 1 < kWitnessAbsorptions && misfit_[inside + 1] <= bar) ++inside;
-  if (inside + 1 == kWitnessAbsorptions) {
-    high_ = inside;
-    high_fraction_ = 1.0;
-  } else {
-    high_ = inside + 1;
-    high_fraction_ = (bar - misfit_[inside]) / (misfit_[high_] - misfit_[inside]);
+  high_alpha_ = 0.0;
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    find_plausible(families_[b], b * model_.absorptions, bar);
+    if (!families_[b].plausible) continue;
+    const std::size_t high = families_[b].high % model_.absorptions;
+    high_alpha_ = std::max(
+        high_alpha_, families_[b].at_high(model_.absorption[high - 1], model_.absorption[high]));
   }
-  high_alpha_ = model_.absorption[high_ - 1] +
-                high_fraction_ * (model_.absorption[high_] - model_.absorption[high_ - 1]);
 }
 
-double Witness::at_high(double below, double above) const noexcept {
-  return below + high_fraction_ * (above - below);
+void Witness::find_plausible(Family& family, std::size_t first, double bar) noexcept {
+  const std::size_t last = first + model_.absorptions - 1;
+  const auto begin = misfit_.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(model_.absorptions);
+  const auto best = static_cast<std::size_t>(std::min_element(begin, end) - misfit_.begin());
+  family.plausible = misfit_[best] <= bar;
+  family.low = best;
+  while (family.low > first && misfit_[family.low - 1] <= bar) --family.low;
+  std::size_t inside = best;
+  while (inside < last && misfit_[inside + 1] <= bar) ++inside;
+  if (inside == last) {
+    family.high = inside;
+    family.fraction = 1.0;
+  } else {
+    family.high = inside + 1;
+    family.fraction = (bar - misfit_[inside]) / (misfit_[family.high] - misfit_[inside]);
+  }
 }
 
-double Witness::peak_at_high(const Lags& lags) const noexcept {
-  return at_high(dot(model_.peak[high_ - 1], lags), dot(model_.peak[high_], lags));
+double Witness::peak_at_high(const Family& family, const Lags& lags) const noexcept {
+  return family.at_high(dot(model_.peak[family.high - 1], lags),
+                        dot(model_.peak[family.high], lags));
+}
+
+double Witness::peak_high() const noexcept {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    if (families_[b].plausible) highest = std::max(highest, peak_at_high(families_[b], lag_));
+  }
+  return highest;
+}
+
+double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    const Family& family = families_[b];
+    if (!family.plausible) continue;
+    least =
+        std::min(least, (peak - peak_at_high(family, coasting)) / peak_at_high(family, held));
+  }
+  return std::max(0.0, least);
 }
 
 double Witness::power_for_peak(double peak) const noexcept {
-  return std::max(0.0, (peak - peak_at_high(coasting_)) / peak_at_high(held_1_));
+  return power_for(peak, coasting_, held_1_);
 }
 
 double Witness::held_power_for_peak(double peak) const noexcept {
-  return std::max(0.0, (peak - peak_at_high(coasting_2_)) / peak_at_high(held_2_));
+  return power_for(peak, coasting_2_, held_2_);
 }
 
 double Witness::steady_power(double peak) const noexcept {
-  return peak / at_high(model_.steady_peak[high_ - 1], model_.steady_peak[high_]);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    const Family& family = families_[b];
+    if (!family.plausible) continue;
+    least = std::min(least, peak / family.at_high(model_.steady_peak[family.high - 1],
+                                                  model_.steady_peak[family.high]));
+  }
+  return least;
 }
 
 }  // namespace photocoag

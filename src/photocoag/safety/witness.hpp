@@ -9,17 +9,24 @@
 namespace photocoag {
 
 inline constexpr std::size_t kWitnessModes = 14;
-inline constexpr std::size_t kWitnessAbsorptions = 48;
+inline constexpr std::size_t kWitnessAbsorptions = 48;  ///< alphas where beta is known
+inline constexpr std::size_t kWitnessChoroids = 9;       ///< betas where it is not, with half as
+                                                         ///< many alphas each
+inline constexpr std::size_t kWitnessCurves = kWitnessChoroids * kWitnessAbsorptions / 2;
 
 /// Tissue at a grid of absorption factors, as sums of first-order lags that the emitted power alone
-/// drives: s_i <- decay_i s_i + u, temperature = sum_i weight_i(alpha) s_i.
+/// drives: s_i <- decay_i s_i + u, temperature = sum_i weight_i(alpha, beta) s_i. Curve j belongs to
+/// beta number j / absorptions and alpha number j % absorptions.
 struct WitnessModel {
   using Weights = std::array<double, kWitnessModes>;
-  std::array<double, kWitnessModes> decay{};              ///< per period; 0 where not used
-  std::array<double, kWitnessAbsorptions> absorption{};   ///< ascending
-  std::array<Weights, kWitnessAbsorptions> volume{};      ///< K/W per lag
-  std::array<Weights, kWitnessAbsorptions> peak{};        ///< K/W per lag
-  std::array<double, kWitnessAbsorptions> steady_peak{};  ///< K/W
+  std::size_t absorptions = kWitnessAbsorptions;     ///< alphas, at most kWitnessAbsorptions
+  std::size_t choroids = 1;                          ///< betas, at most kWitnessChoroids
+  double memory = 0.95;                              ///< of the misfit, per sample
+  std::array<double, kWitnessModes> decay{};         ///< per period; 0 where not used
+  std::array<double, kWitnessAbsorptions> absorption{};  ///< ascending
+  std::array<Weights, kWitnessCurves> volume{};      ///< K/W per lag
+  std::array<Weights, kWitnessCurves> peak{};        ///< K/W per lag
+  std::array<double, kWitnessCurves> steady_peak{};  ///< K/W
 };
 
 /// How a sample compares with what the emitted power can have caused.
@@ -28,8 +35,8 @@ struct WitnessResidual {
   double fit = 0.0;      ///< standard deviations from the best absorption
 };
 
-/// The emitted power since the cold start fixes the temperature for every alpha. Each alpha is
-/// judged by its misfit J <- 0.95 J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2;
+/// The emitted power since the cold start fixes the temperature for every curve. Each curve is
+/// judged by its misfit J <- memory J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2;
 /// plausible are those with J <= J_min + 12.
 class Witness {
  public:
@@ -44,8 +51,8 @@ class Witness {
 
   /// Largest plausible absorption factor; before the first sample the largest of the model.
   double absorption_high() const noexcept { return high_alpha_; }
-  /// Peak now at the largest plausible absorption, K.
-  double peak_high() const noexcept { return peak_at_high(lag_); }
+  /// Peak now at the hottest plausible absorption, K.
+  double peak_high() const noexcept;
   /// Forget the samples (not the emitted power): every absorption is plausible again.
   void doubt() noexcept;
 
@@ -54,16 +61,30 @@ class Witness {
   double power_for_peak(double peak) const noexcept;
   /// The same after two periods of that power: what a device holds before its watchdog acts.
   double held_power_for_peak(double peak) const noexcept;
-  /// Power that holds `peak`, K, for ever at the largest plausible absorption.
+  /// Power that holds `peak`, K, for ever at the hottest plausible absorption.
   double steady_power(double peak) const noexcept;
 
  private:
-  using PerAbsorption = std::array<double, kWitnessAbsorptions>;
+  using PerCurve = std::array<double, kWitnessCurves>;
   using Lags = std::array<double, kWitnessModes>;
-  double at_high(double below, double above) const noexcept;
-  double peak_at_high(const Lags& lags) const noexcept;
+
+  /// The curves of one beta: alphas from `low` on are plausible, up to between high - 1 and high.
+  struct Family {
+    bool plausible = true;
+    std::size_t low = 0;  // curves
+    std::size_t high = 1;  // first one at or above the largest plausible alpha
+    double fraction = 1.0;  // between high - 1 and high
+    double at_high(double below, double above) const noexcept {
+      return below + fraction * (above - below);
+    }
+  };
+
+  std::size_t curves() const noexcept { return model_.absorptions * model_.choroids; }
+  double peak_at_high(const Family& family, const Lags& lags) const noexcept;
+  double power_for(double peak, const Lags& coasting, const Lags& held) const noexcept;
   double variance(std::size_t j) const noexcept;
   void find_plausible() noexcept;
+  void find_plausible(Family& family, std::size_t first, double bar) noexcept;
 
   WitnessModel model_;
   double noise_variance_;
@@ -73,13 +94,10 @@ class Witness {
   Lags coasting_2_{};  // after two
   Lags held_1_{};      // what one period of 1 W adds: ones
   Lags held_2_{};      // two periods
-  PerAbsorption volume_now_{};
-  PerAbsorption misfit_{};
+  PerCurve volume_now_{};
+  PerCurve misfit_{};
   std::size_t best_ = 0;
-  std::size_t low_ = 0;
-  std::size_t high_ =
-      kWitnessAbsorptions - 1;  // first grid point at or above the largest plausible
-  double high_fraction_ = 1.0;  // between high_ - 1 and high_
+  std::array<Family, kWitnessChoroids> families_{};  // one per beta
   double high_alpha_ = 0.0;
 };
 

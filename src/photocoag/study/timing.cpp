@@ -38,7 +38,7 @@ std::vector<Decided> record(const Config& config, const ModelPool::Models& model
                             std::uint64_t seed) {
   Controller controller(models.reduced, config.control, config.estimator);
   SimulatedEye eye(FullOrderPlant(models.full, config.plant.discretization, config.control.period,
-                                  config.plant.absorption_factor),
+                                  config.plant.absorption()),
                    config.plant.noise, seed, {.delay = config.control.delay});
   std::vector<Decided> all;
   double previous = 0.0;

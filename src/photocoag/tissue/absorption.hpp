@@ -11,6 +11,17 @@
 
 namespace photocoag {
 
+/// How much of its reference absorption the tissue has: alpha for the layers with scaled_by =
+/// "alpha" (the RPE), beta for those with scaled_by = "beta" (the choroid). A number alone is alpha.
+struct AbsorptionFactors {
+  double alpha;
+  double beta;
+
+  // NOLINTNEXTLINE(google-explicit-constructor): most tissues have alpha only
+  constexpr AbsorptionFactors(double a, double b = 1.0) noexcept : alpha(a), beta(b) {}
+  bool operator==(const AbsorptionFactors&) const = default;
+};
+
 /// A value that depends on alpha and beta, with its derivatives.
 struct ValueAndSlope {
   double value = 0.0;

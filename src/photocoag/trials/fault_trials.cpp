@@ -187,10 +187,9 @@ Bench make_bench(ModelStore& models, const Config& config) {
   const ReducedModel& model = models.reduced();
   Bench bench{.config = config,
               .model = model,
-              .witness = witness_model(model, config.estimator.absorption_min,
-                                       config.estimator.absorption_max),
+              .witness = witness_model(model, config.estimator),
               .eye = FullOrderPlant(models.plant_full(), config.plant.discretization,
-                                    config.control.period, config.plant.absorption_factor),
+                                    config.control.period, config.plant.absorption()),
               .controller = Controller(model, config.control, config.estimator)};
   // "At limit": the first cycle whose plan runs along the limit, or that has reached the reference.
   FaultCase nominal;
@@ -274,7 +273,7 @@ FalseStops count_false_stops(int treatments, std::size_t min_cells,
     bench.config.plant.absorption_factor = alpha;
     bench.config.run.seed = draw + 1;
     bench.eye = FullOrderPlant(models.plant_full(), config.plant.discretization,
-                               config.control.period, alpha);
+                               config.control.period, {alpha, config.plant.choroid_factor});
     const Recorded run =
         run_one(bench, healthy, treating(safety_limits(bench.config), bench.witness));
     ++count.treatments;

@@ -1,0 +1,136 @@
+#include "photocoag/run/unknowns_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/random.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/controller.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr double kLowestAlpha = 0.35;
+constexpr double kHighestAlpha = 1.5;
+constexpr double kLowestBeta = 0.5;
+constexpr double kHighestBeta = 2.0;
+
+double square(double value) { return value * value; }
+
+bool at_bound(const EstimatorSettings& s, const Estimate& estimate) {
+  const bool alpha = estimate.absorption_factor <= s.absorption_min ||
+                     estimate.absorption_factor >= s.absorption_max;
+  const bool beta = s.unknowns == Unknowns::kRpeAndChoroid &&
+                    (estimate.choroid_factor <= s.choroid_min ||
+                     estimate.choroid_factor >= s.choroid_max);
+  return alpha || beta;
+}
+
+}  // namespace
+
+UnknownsResult unknowns_study(const Config& config, ModelStore& models, const UnknownsCase& which,
+                              int seeds) {
+  const ReducedModel& model = models.reduced();
+  if (model.parameters != 2) {
+    throw Error(ErrorParts{.key = "tissue.layers",
+                           .problem = "this comparison needs a model with two absorption factors",
+                           .found = "no absorbing layer with scaled_by = \"beta\"",
+                           .accepted = "for example --config configs/two-unknowns.toml"});
+  }
+  const bool two = which.estimator.unknowns == Unknowns::kRpeAndChoroid;
+  const Controller fresh(model, config.control, which.estimator);
+  const auto full = models.plant_full();
+  UnknownsResult result{
+      .which = which, .cycles = std::vector<UnknownsCycle>(config.cycles()), .limit_exceeded = 0};
+  for (int i = 1; i <= seeds; ++i) {
+    const auto seed = static_cast<std::uint64_t>(i) * 16;
+    const double alpha =
+        kLowestAlpha + (kHighestAlpha - kLowestAlpha) * uniform(seed, 0, RandomStream::kStudy);
+    const double beta = which.choroid_varies
+                            ? kLowestBeta * std::pow(kHighestBeta / kLowestBeta,
+                                                     uniform(seed, 1, RandomStream::kStudy))
+                            : 1.0;
+    Controller controller = fresh;
+    FullOrderPlant eye(full, config.plant.discretization, config.control.period, {alpha, beta});
+    double power = which.dark ? 0.0 : controller.decide().power;
+    bool exceeded = false;
+    for (std::size_t k = 0; k < result.cycles.size(); ++k) {
+      eye.step(power);
+      const Outputs truth = eye.outputs();
+      const double noise =
+          config.plant.noise * standard_normal(seed + 1, k, RandomStream::kStudy);
+      const Estimate estimate = controller.observe(
+          {.volume_temperature = truth.volume + noise, .applied_power = power});
+      UnknownsCycle& sum = result.cycles[k];
+      sum.alpha += square(estimate.absorption_factor / alpha - 1.0);
+      sum.beta += square(estimate.choroid_factor / beta - 1.0);
+      sum.peak += square(estimate.outputs.peak - truth.peak);
+      sum.nees_alpha += square((estimate.absorption_factor - alpha) / estimate.absorption_sigma);
+      if (two) sum.nees_beta += square((estimate.choroid_factor - beta) / estimate.choroid_sigma);
+      sum.at_bound += at_bound(which.estimator, estimate) ? 1.0 : 0.0;
+      exceeded = exceeded || truth.peak > config.control.peak_max;
+      if (!which.dark) power = controller.decide().power;
+    }
+    result.limit_exceeded += exceeded ? 1 : 0;
+  }
+  for (UnknownsCycle& sum : result.cycles) {
+    for (double* value : {&sum.alpha, &sum.beta, &sum.peak}) *value = std::sqrt(*value / seeds);
+    for (double* value : {&sum.nees_alpha, &sum.nees_beta, &sum.at_bound}) *value /= seeds;
+  }
+  return result;
+}
+
+UnknownsCycle UnknownsResult::over(std::size_t begin, std::size_t end) const {
+  UnknownsCycle mean;
+  end = std::min(end, cycles.size());
+  const auto count = static_cast<double>(end - begin);
+  for (std::size_t k = begin; k < end; ++k) {
+    mean.alpha += square(cycles[k].alpha) / count;
+    mean.beta += square(cycles[k].beta) / count;
+    mean.peak += square(cycles[k].peak) / count;
+    mean.nees_alpha += cycles[k].nees_alpha / count;
+    mean.nees_beta += cycles[k].nees_beta / count;
+    mean.at_bound += cycles[k].at_bound / count;
+  }
+  for (double* value : {&mean.alpha, &mean.beta, &mean.peak}) *value = std::sqrt(*value);
+  return mean;
+}
+
+std::vector<UnknownsCase> unknowns_cases(const Config& config) {
+  std::vector<UnknownsCase> cases;
+  struct Change {
+    bool vague = false;  // sigma of the priors 1
+    bool wide = false;   // bounds that do not count
+    bool dark = false;
+  };
+  const auto add = [&](const char* name, Unknowns unknowns, bool varies, const Change& change) {
+    for (const EstimatorKind kind : {EstimatorKind::kEkf, EstimatorKind::kMhe}) {
+      EstimatorSettings s = config.estimator;
+      s.kind = kind;
+      s.unknowns = unknowns;
+      if (change.vague) s.absorption_sigma_initial = s.choroid_sigma_initial = 1.0;
+      if (change.wide) {
+        s.absorption_min = 0.05;
+        s.absorption_max = 5.0;
+        s.choroid_min = 0.05;
+        s.choroid_max = 20.0;
+      }
+      cases.push_back({.name = std::string(kind == EstimatorKind::kEkf ? "ekf, " : "mhe, ") + name,
+                       .estimator = s,
+                       .choroid_varies = varies,
+                       .dark = change.dark});
+    }
+  };
+  add("one unknown, choroid known", Unknowns::kRpe, false, {});
+  add("one unknown, choroid assumed 1", Unknowns::kRpe, true, {});
+  constexpr Unknowns kBoth = Unknowns::kRpeAndChoroid;
+  add("two unknowns", kBoth, true, {});
+  add("two unknowns, wide bounds", kBoth, true, {.wide = true});
+  add("two, vague prior", kBoth, true, {.vague = true});
+  add("two, vague prior, wide bounds", kBoth, true, {.vague = true, .wide = true});
+  add("two unknowns, no light", kBoth, true, {.dark = true});
+  return cases;
+}
+
+}  // namespace photocoag
