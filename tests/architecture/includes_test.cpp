@@ -29,6 +29,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"campaign",
      {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
     {"device", {}},
+    {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.
     {"safety", {"device", "tissue"}},
     {"loop", {"core", "rom", "estimation", "mpc", "qp", "device", "safety"}},
