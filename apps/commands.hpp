@@ -86,6 +86,14 @@ struct BenchOptions {
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
+struct CalibrateOptions : CommonOptions {
+  std::string data;     ///< CSV file
+  std::string out;      ///< TOML file; empty: standard output
+  std::string example;  ///< write example data there
+  int degree = 0;       ///< 0: chosen
+  int rows = 400;       ///< of the example
+};
+
 int treat(const RunOptions& options);
 int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
@@ -101,5 +109,6 @@ int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
+int calibrate_command(const CalibrateOptions& options);
 
 }  // namespace photocoag

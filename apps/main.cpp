@@ -275,6 +275,34 @@ int run_command(int argc, char** argv) {
              "Same build, same machine: the same bits."));
   replay_app->callback([&] { exit_code = replay_command(replay_options); });
 
+  CalibrateOptions calibrate_options;
+  CLI::App* calibrate_app = app.add_subcommand(
+      "calibrate", "fit the photoacoustic calibration curve to data of evenly warmed tissue");
+  add_common(*calibrate_app, calibrate_options);
+  calibrate_app
+      ->add_option("DATA", calibrate_options.data,
+                   "CSV file with columns temperature_C, amplitude, energy_uJ")
+      ->type_name("FILE");
+  calibrate_app->add_option("--out", calibrate_options.out, "TOML file for the curve")
+      ->type_name("FILE");
+  calibrate_app
+      ->add_option("--degree", calibrate_options.degree,
+                   "of the polynomial; 0: the smallest of 1 to 3 that predicts well")
+      ->check(CLI::Range(0, 5))
+      ->type_name("d");
+  calibrate_app
+      ->add_option("--example", calibrate_options.example,
+                   "first write data of the simulated transducer to this file")
+      ->type_name("FILE");
+  calibrate_app->add_option("--rows", calibrate_options.rows, "pulses of the example")
+      ->check(CLI::Range(8, 1000000))
+      ->type_name("n");
+  calibrate_app->footer(
+      footer("  photocoag calibrate --example heating.csv\n"
+             "  photocoag calibrate heating.csv --out curve.toml\n"
+             "  photocoag treat --device eye --set photoacoustics.calibration=curve.toml"));
+  calibrate_app->callback([&] { exit_code = calibrate_command(calibrate_options); });
+
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
   bench_app

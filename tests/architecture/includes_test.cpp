@@ -33,11 +33,13 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     // The supervisor shares nothing with what it supervises.
     {"safety", {"device", "tissue"}},
     {"loop", {"core", "rom", "estimation", "mpc", "qp", "device", "safety"}},
-    {"rt", {"core", "loop", "device", "safety"}},
-    {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc", "safety"}},
+    {"rt", {"core", "loop", "device", "safety", "photoacoustics"}},
+    {"eye", {"core", "tissue", "fom", "photoacoustics", "rt"}},
+    {"config",
+     {"core", "tissue", "fom", "mor", "estimation", "mpc", "photoacoustics", "safety"}},
     {"run",
-     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "config",
-       "osqp"}},
+     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "photoacoustics",
+      "eye", "rt", "config", "osqp"}},
     {"report", {"core"}},
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},
@@ -97,8 +99,10 @@ TEST(Includes, TheTableHasNoCycle) {
 
 TEST(Includes, OnlineKnowsNoOfflineFolder) {
   for (const std::string online :
-       {"core", "tissue", "rom", "estimation", "qp", "mpc", "device", "safety", "loop", "rt"}) {
-    for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp"}) {
+       {"core", "tissue", "rom", "estimation", "qp", "mpc", "device", "safety", "photoacoustics", "loop",
+        "rt"}) {
+    for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp",
+                                      "eye"}) {
       EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
     }
   }

@@ -113,6 +113,10 @@ void Config::validate() const {
   require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
   require_between(plant.noise, 0.0, 20.0, "plant.noise_K");
   plant.tissue.validate("plant.tissue");
+  require_between(photoacoustics.pulse_period * 1e3, 0.02, 10.0, "photoacoustics.pulse_period_ms");
+  require(photoacoustics.baseline_pulses >= 16 && photoacoustics.baseline_pulses <= 100000,
+          "photoacoustics.baseline_pulses", photoacoustics.baseline_pulses,
+          "an integer from 16 to 100000");
   require(run.duration >= control.period && run.duration <= kLongestRun, "run.duration_ms",
           run.duration * 1e3,
           fmt::format("from one period, control.period_ms = {} ms, to {} ms", control.period * 1e3,
