@@ -19,8 +19,10 @@ struct CommonOptions {
 };
 
 struct RunOptions : CommonOptions {
-  std::string out;   ///< run folder; empty: a new one below runs/
-  std::string seed;  ///< as given; empty: from the configuration
+  std::string out;                  ///< run folder; empty: a new one below runs/
+  std::string seed;                 ///< as given; empty: from the configuration
+  std::string device;               ///< of `treat`: empty, or see run/device_treatment.hpp
+  std::vector<std::string> faults;  ///< of an eye that `treat` starts itself
 };
 
 struct ResponseOptions : CommonOptions {
@@ -86,6 +88,13 @@ struct BenchOptions {
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
+struct EyeOptions : CommonOptions {
+  std::string socket = "photocoag-eye.sock";
+  bool once = false;                ///< end with the first controller
+  std::vector<std::string> faults;  ///< "ID@cycle", or files of them
+  std::string tell;                 ///< no eye: send this line to the one at `socket`
+};
+
 struct CalibrateOptions : CommonOptions {
   std::string data;     ///< CSV file
   std::string out;      ///< TOML file; empty: standard output
@@ -109,6 +118,7 @@ int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
+int eye_command(const EyeOptions& options);
 int calibrate_command(const CalibrateOptions& options);
 
 }  // namespace photocoag

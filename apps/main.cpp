@@ -72,8 +72,21 @@ int run_command(int argc, char** argv) {
       "treat",
       "treat a simulated eye in real time (the main job); writes a run folder with a report");
   add_run(*treat_app, treat_options);
+  treat_app
+      ->add_option("--device", treat_options.device,
+                   "eye: a simulated eye in a process of its own, started for this treatment; "
+                   "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
+                   "driver:LIBRARY[,SETTINGS]: a vendor's driver")
+      ->type_name("DEVICE");
+  treat_app
+      ->add_option("--fault", treat_options.faults,
+                   "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")
+      ->type_name("FAULT")
+      ->allow_extra_args(false);
   treat_app->footer(
       footer("  photocoag treat\n"
+             "  photocoag treat --device eye\n"
+             "  photocoag treat --device eye --fault M2@120\n"
              "  photocoag treat --config configs/paper-250hz-a.toml --seed 7 --out runs/first\n"
              "Ctrl-C puts the laser to 0 W and still writes the run folder."));
   treat_app->callback([&] { exit_code = treat(treat_options); });
@@ -274,6 +287,29 @@ int run_command(int argc, char** argv) {
              "  photocoag replay runs/first\n"
              "Same build, same machine: the same bits."));
   replay_app->callback([&] { exit_code = replay_command(replay_options); });
+
+  EyeOptions eye_options;
+  CLI::App* eye_app = app.add_subcommand(
+      "eye", "a simulated eye with its laser as a process of its own: pulses, pressure transients");
+  add_common(*eye_app, eye_options);
+  eye_app->add_option("--socket", eye_options.socket, "where controllers connect")
+      ->type_name("PATH");
+  eye_app->add_flag("--once", eye_options.once, "end when the first controller has gone");
+  eye_app
+      ->add_option("--fault", eye_options.faults,
+                   "ID@cycle[+count][*value] of docs/devices.md, or a file with one per line")
+      ->type_name("FAULT")
+      ->allow_extra_args(false);
+  eye_app
+      ->add_option("--tell", eye_options.tell,
+                   "send this line to an eye that runs: status, cold, fault ID@cycle")
+      ->type_name("TEXT");
+  eye_app->footer(
+      footer("  photocoag eye --socket /tmp/eye\n"
+             "  photocoag treat --device eye:/tmp/eye\n"
+             "  photocoag eye --socket /tmp/eye --tell 'fault M2@120'\n"
+             "It is that of [plant], [photoacoustics] and control.period_ms."));
+  eye_app->callback([&] { exit_code = eye_command(eye_options); });
 
   CalibrateOptions calibrate_options;
   CLI::App* calibrate_app = app.add_subcommand(

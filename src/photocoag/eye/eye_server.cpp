@@ -184,7 +184,8 @@ class Pulses {
     attend();
     EyeOrders orders{.tokens = tokens_,
                      .safe_off = safe_off_,
-                     .pulses_per_period = static_cast<int>(client_.pulses_per_period)};
+                     .pulses_per_period = static_cast<int>(client_.pulses_per_period),
+                     .begin = begin_};
     take_command(number / client_.pulses_per_period, orders);
     PulseRecord& record = memory_.records[number % kEyeRing];
     eye_.fire(number, due, orders, record);
@@ -239,6 +240,7 @@ class Pulses {
       if (arriving == nullptr) return;
       client_ = *arriving;
       safe_off_ = false;
+      begin_ = UINT64_MAX;
       ordered_ = 0.0;
       taken_ = 0;
       shared_tokens_ = memory_.tokens.load();
@@ -253,6 +255,7 @@ class Pulses {
       if (got < 0) break;
       if (got == 0) return leave();
       if (command.kind == EyeMessageKind::kSafeOff) safe_off_ = true;
+      if (command.kind == EyeMessageKind::kBegin) begin_ = command.period;
       if (command.kind == EyeMessageKind::kCommand && got == static_cast<long>(sizeof(command))) {
         received_[command.period % received_.size()] = command;
         ++tokens_;
@@ -311,6 +314,7 @@ class Pulses {
   std::uint64_t tokens_ = 0;
   std::uint64_t shared_tokens_ = 0;
   std::uint64_t taken_ = 0;
+  std::uint64_t begin_ = UINT64_MAX;
   double ordered_ = 0.0;
   bool safe_off_ = false;
   bool done_ = false;

@@ -42,7 +42,6 @@ struct EyeStatistics {
 
 struct EyeServerOptions {
   std::string socket;
-  double absorption_factor = 1.1;
   bool once = false;  ///< end when the first controller has gone
 };
 

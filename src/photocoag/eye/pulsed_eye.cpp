@@ -22,7 +22,7 @@ void PulsedEye::reset() noexcept {
   tissue_.reset();
   dark();
   interlock_open_ = false;
-  lit_ = false;
+  treating_ = false;
 }
 
 void PulsedEye::dark() noexcept {
@@ -30,8 +30,12 @@ void PulsedEye::dark() noexcept {
   pulses_without_token_ = UINT64_MAX / 2;
 }
 
-double PulsedEye::decide_power(const EyeOrders& orders, std::uint64_t cycle) noexcept {
-  const bool deaf = faults_.active(EyeFault::kDeaf, cycle) != nullptr && lit_;
+const ScriptedFault* PulsedEye::active(EyeFault fault) const noexcept {
+  return treating_ ? faults_.active(fault, cycle_) : nullptr;
+}
+
+double PulsedEye::decide_power(const EyeOrders& orders) noexcept {
+  const bool deaf = active(EyeFault::kDeaf) != nullptr;
   ++pulses_without_token_;
   if (orders.tokens != tokens_ && !deaf) {
     tokens_ = orders.tokens;
@@ -45,9 +49,7 @@ double PulsedEye::decide_power(const EyeOrders& orders, std::uint64_t cycle) noe
   const auto two_periods = 2 * static_cast<std::uint64_t>(orders.pulses_per_period);
   if (pulses_without_token_ >= two_periods) power_ = 0.0;
   double emitted = power_;
-  if (const ScriptedFault* stuck = faults_.active(EyeFault::kStuckOn, cycle)) {
-    if (lit_) emitted = stuck->value;
-  }
+  if (const ScriptedFault* stuck = active(EyeFault::kStuckOn)) emitted = stuck->value;
   return interlock_open_ ? 0.0 : emitted;
 }
 
@@ -56,13 +58,9 @@ void PulsedEye::fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders&
   number_ = number;
   const auto per_period = static_cast<std::uint64_t>(orders.pulses_per_period);
   const std::uint64_t period = number / per_period;
-  std::uint64_t cycle = lit_ ? period - first_light_ : 0;
-  const double power = decide_power(orders, cycle);
-  if (power > 0.0 && !lit_) {
-    lit_ = true;
-    first_light_ = period;
-    cycle = 0;
-  }
+  treating_ = period >= orders.begin;
+  cycle_ = treating_ ? period - orders.begin : 0;
+  const double power = decide_power(orders);
   const double fluctuation =
       1.0 + settings_.energy_fluctuation *
                 standard_normal(settings_.seed, number, RandomStream::kPulseEnergy);
@@ -73,15 +71,14 @@ void PulsedEye::fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders&
   record.power_readback = power;
   record.period_power = power_;
   record.flags = interlock_open_ ? kEyeInterlock : 0U;
-  answer(number, cycle, energy_, record);
-  if (lit_) spoil(cycle, orders, record);
+  answer(number, energy_, record);
+  if (treating_) spoil(orders, record);
 }
 
-void PulsedEye::answer(std::uint64_t number, std::uint64_t cycle, double energy,
-                       PulseRecord& record) noexcept {
+void PulsedEye::answer(std::uint64_t number, double energy, PulseRecord& record) noexcept {
   PulseReading& reading = record.reading;
   if (energy == 0.0) {
-    if (settings_.dark_is_silent && lit_) {
+    if (settings_.dark_is_silent && treating_) {
       record.flags |= kEyeSilent;
       reading = {};
       return;
@@ -90,8 +87,8 @@ void PulsedEye::answer(std::uint64_t number, std::uint64_t cycle, double energy,
   }
   double signal = tissue_.signal();
   const double celsius = ambient_ + tissue_.before().volume;
-  if (const ScriptedFault* spike = faults_.active(EyeFault::kSpike, cycle)) {
-    if (lit_) signal = curve_.value(celsius + spike->value);
+  if (const ScriptedFault* spike = active(EyeFault::kSpike)) {
+    signal = curve_.value(celsius + spike->value);
   }
   const double amplitude = settings_.codes_per_joule * energy * signal / cold_;
   // (P6) backwards: what noise of the converter gives that many K.
@@ -100,9 +97,7 @@ void PulsedEye::answer(std::uint64_t number, std::uint64_t cycle, double energy,
   const double scale = in_kelvin ? energy : kNoiseReferenceEnergy;
   double noise = settings_.noise * curve_.slope(at) / cold_ * settings_.codes_per_joule * scale *
                  transducer_.gain();
-  if (const ScriptedFault* louder = faults_.active(EyeFault::kNoise, cycle)) {
-    if (lit_) noise *= louder->value;
-  }
+  if (const ScriptedFault* louder = active(EyeFault::kNoise)) noise *= louder->value;
   const auto normal = [&](RandomStream stream) {
     return standard_normal(settings_.seed, number, stream);
   };
@@ -111,8 +106,7 @@ void PulsedEye::answer(std::uint64_t number, std::uint64_t cycle, double energy,
   reading.energy = energy * (1.0 + settings_.energy_meter * normal(RandomStream::kEnergyMeter));
 }
 
-void PulsedEye::spoil(std::uint64_t cycle, const EyeOrders& orders, PulseRecord& record) noexcept {
-  const auto active = [&](EyeFault fault) { return faults_.active(fault, cycle); };
+void PulsedEye::spoil(const EyeOrders& orders, PulseRecord& record) noexcept {
   PulseReading& reading = record.reading;
   if (active(EyeFault::kStuck) != nullptr) reading = previous_;
   previous_ = reading;

@@ -18,7 +18,7 @@ struct PulsedEyeSettings {
   double pulse_period = 1e-4;  ///< s
   double noise = 0.91;         ///< K per pulse
   PulseNoise noise_kind = PulseNoise::kTemperature;
-  bool dark_is_silent = false;               ///< after the first light, 0 W gives no transient
+  bool dark_is_silent = false;               ///< in a treatment, 0 W gives no transient
   double probe_energy = 0.5e-6;              ///< J, of a pulse at 0 W; its heat is not counted
   double energy_fluctuation = 0.01;          ///< relative, of each pulse
   double energy_meter = 0.002;               ///< relative error of the meter
@@ -34,6 +34,7 @@ struct EyeOrders {
   std::uint64_t tokens = 0;  ///< counted up with each command that arrives
   bool safe_off = false;
   int pulses_per_period = 1;
+  std::uint64_t begin = UINT64_MAX;  ///< control period of the treatment's cycle 0
 };
 
 class PulsedEye {
@@ -58,10 +59,10 @@ class PulsedEye {
   std::size_t states() const noexcept { return tissue_.states(); }
 
  private:
-  double decide_power(const EyeOrders& orders, std::uint64_t cycle) noexcept;
-  void answer(std::uint64_t number, std::uint64_t cycle, double energy,
-              PulseRecord& record) noexcept;
-  void spoil(std::uint64_t cycle, const EyeOrders& orders, PulseRecord& record) noexcept;
+  const ScriptedFault* active(EyeFault fault) const noexcept;
+  double decide_power(const EyeOrders& orders) noexcept;
+  void answer(std::uint64_t number, double energy, PulseRecord& record) noexcept;
+  void spoil(const EyeOrders& orders, PulseRecord& record) noexcept;
 
   PulsedTissue tissue_;
   GrueneisenCurve curve_;
@@ -76,8 +77,8 @@ class PulsedEye {
   std::uint64_t tokens_ = 0;
   std::uint64_t pulses_without_token_ = UINT64_MAX / 2;
   bool interlock_open_ = false;
-  bool lit_ = false;  // there was light
-  std::uint64_t first_light_ = 0;
+  bool treating_ = false;    // from its cycle 0 on
+  std::uint64_t cycle_ = 0;  // of the treatment
   bool vanished_ = false;
   double late_ms_ = 0.0;
   PulseReading previous_;

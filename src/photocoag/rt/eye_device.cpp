@@ -157,6 +157,10 @@ void EyeDevice::begin(std::size_t cycles) {
   pump();
   const std::uint64_t now = memory_->pulses.load(std::memory_order_acquire);
   first_ = now / per_period_ + 2;
+  if (cycles > 0) {
+    const EyeCommand begin{.kind = EyeMessageKind::kBegin, .period = first_};
+    send_message(socket_, &begin, sizeof(begin));
+  }
   constexpr std::int64_t kPatience = 1'000'000'000;  // ns
   wait_for(first_ * per_period_, due_ns(first_ * per_period_) + kPatience);
 }
@@ -164,6 +168,8 @@ void EyeDevice::begin(std::size_t cycles) {
 // One control period from its pulses, in the order of time.
 void EyeDevice::read_period(std::uint64_t first) noexcept {
   double power = 0.0;
+  double first_power = 0.0;
+  bool constant = true;
   std::uint32_t flags = 0;
   std::uint64_t sum = 0;
   for (std::uint64_t p = first; p < first + per_period_; ++p) {
@@ -172,6 +178,8 @@ void EyeDevice::read_period(std::uint64_t first) noexcept {
       power = kNaN;
       continue;
     }
+    if (p == first) first_power = pulse.power_readback;
+    constant = constant && pulse.power_readback == first_power;
     power += pulse.power_readback / static_cast<double>(per_period_);
     flags |= pulse.flags;
     late_ += (pulse.flags & kEyeLate) != 0 ? 1 : 0;
@@ -182,7 +190,8 @@ void EyeDevice::read_period(std::uint64_t first) noexcept {
     seen_before_ = pulse.tokens;
   }
   if (thermometer_) last_ = thermometer_->finish();
-  readback_ = {.power = power,
+  // Without rounding where there is nothing to average: a replay compares bits.
+  readback_ = {.power = constant && power == power ? first_power : power,
                .interlock_closed = (flags & kEyeInterlock) == 0,
                .shutter_open = (flags & kEyeShutter) == 0,
                .foot_switch = (flags & kEyeFootSwitch) == 0};

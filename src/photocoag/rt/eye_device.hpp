@@ -44,7 +44,7 @@ class EyeDevice {
   /// Collects pulses of the cold eye at 0 W and makes the thermometer. Throws Error. Allocates.
   Baseline prepare(const GrueneisenCurve& curve, const ThermometerSettings& settings, int pulses);
   /// The next control period is cycle 0. Blocks until the one before it ends. Allocates: the truth
-  /// of `cycles` periods is kept.
+  /// of `cycles` periods is kept; with 0 it is a self-test, no treatment.
   void begin(std::size_t cycles);
 
   DeviceSample wait_sample(std::uint64_t cycle) noexcept;

@@ -75,7 +75,7 @@ static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// Messages on the socket (SOCK_SEQPACKET). A first byte of 32 or more begins a line of text: a
 /// command for the eye, answered by text.
-enum class EyeMessageKind : std::uint32_t { kHello = 1, kCommand, kSafeOff, kWelcome, kRefused };
+enum class EyeMessageKind : std::uint32_t { kHello = 1, kCommand, kSafeOff, kBegin, kWelcome };
 
 struct EyeHello {
   EyeMessageKind kind = EyeMessageKind::kHello;
@@ -92,6 +92,8 @@ struct EyeWelcome {
   std::uint64_t states = 0;  ///< of its full-order model
   std::uint64_t tokens = 0;  ///< seen before this controller
 };
+/// kCommand: `power` from `period` on. kBegin: the treatment's cycle 0 is `period`; what the eye
+/// counts faults from. kSafeOff: 0 W, interlock open.
 struct EyeCommand {
   EyeMessageKind kind = EyeMessageKind::kCommand;
   std::uint32_t reserved = 0;

@@ -159,6 +159,8 @@ std::string example_heating_data(const CurveData& data, double ambient_celsius, 
   const GrueneisenCurve curve(data);
   const Transducer transducer;
   constexpr double kCodes = 3000.0;  // at the reference energy, cold
+  // The curve must also hold below ambient, where noise of cold tissue lies.
+  constexpr double kBelow = 5.0;     // K
   constexpr double kWarming = 50.0;  // K
   const double cold = curve.value(ambient_celsius);
   std::uint64_t pulse = 0;
@@ -181,7 +183,8 @@ std::string example_heating_data(const CurveData& data, double ambient_celsius, 
   const MatchedFilter filter(baseline.shape);
   std::string text = "temperature_C,amplitude,energy_uJ\n";
   for (int i = 0; i < rows; ++i) {
-    const double celsius = ambient_celsius + kWarming * i / std::max(1, rows - 1);
+    const double celsius =
+        ambient_celsius - kBelow + (kBelow + kWarming) * i / std::max(1, rows - 1);
     const PulseReading reading = fire(celsius);
     text += fmt::format("{:.3f},{:.6f},{:.5f}\n", celsius,
                         filter.match(reading.transient).amplitude, reading.energy * 1e6);

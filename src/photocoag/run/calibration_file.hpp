@@ -20,8 +20,8 @@ std::string to_toml(const CurveData& curve);
 /// naming file and line.
 std::vector<CalibrationPoint> load_heating_data(const std::string& file);
 
-/// What `calibrate --example` writes: tissue warmed evenly from ambient by 50 K under the simulated
-/// transducer, through the matched filter. The same seed gives the same text.
+/// What `calibrate --example` writes: tissue warmed evenly from 5 K below ambient to 50 K above it
+/// under the simulated transducer, through the matched filter. The same seed gives the same text.
 std::string example_heating_data(const CurveData& curve, double ambient_celsius, double noise_K,
                                  int rows, std::uint64_t seed);
 

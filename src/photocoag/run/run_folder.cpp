@@ -7,6 +7,7 @@
 #include <cmath>
 #include <ctime>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -48,9 +49,11 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   numbers.limit = config.control.peak_max;
   double squares = 0.0;
   std::size_t late = 0;
+  bool truth_known = treatment.records.empty();
   double celsius = config.plant.tissue.ambient_celsius;  // of the peak, absolute
   for (const CycleRecord& record : treatment.records) {
     const double peak = record.truth.peak;
+    truth_known = truth_known || std::isfinite(peak);
     numbers.peak_true_max = std::max(numbers.peak_true_max, peak);
     numbers.peak_estimate_max = std::max(numbers.peak_estimate_max, record.estimate.outputs.peak);
     numbers.limit_violations += peak > numbers.limit ? 1 : 0;
@@ -58,6 +61,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     if (!numbers.time_to_95_percent && peak >= 0.95 * config.control.peak_reference) {
       numbers.time_to_95_percent = record.time;
     }
+    if (!std::isfinite(peak)) continue;  // a device does not tell
     const double next = config.plant.tissue.ambient_celsius + peak;
     for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
       numbers.thermal_dose[i] +=
@@ -69,6 +73,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
       ++late;
     }
   }
+  if (!truth_known) numbers.peak_true_max = std::numeric_limits<double>::quiet_NaN();
   if (late > 0) numbers.rms_error_after_50_ms = std::sqrt(squares / static_cast<double>(late));
   if (!treatment.records.empty()) {
     numbers.absorption_error_final =
@@ -88,15 +93,17 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
 std::string run_csv(const Treatment& treatment) {
   std::string text(kHeader);
   auto out = std::back_inserter(text);
+  const auto known = [](double value) {
+    return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+  };
   for (const CycleRecord& r : treatment.records) {
-    const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle,
-                   r.time, r.power, r.truth.volume, measured, r.estimate.outputs.volume,
-                   r.truth.peak, r.estimate.outputs.peak, r.estimate.absorption_factor,
-                   r.estimate.absorption_sigma, r.decision.power_reference,
-                   to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
-                   r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),
-                   to_string(r.authorization.reason), to_string(r.sample.reason));
+    fmt::format_to(
+        out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.cycle, r.time, r.power,
+        known(r.truth.volume), known(r.measured), r.estimate.outputs.volume, known(r.truth.peak),
+        r.estimate.outputs.peak, r.estimate.absorption_factor, r.estimate.absorption_sigma,
+        r.decision.power_reference, to_string(r.decision.status), r.decision.iterations,
+        r.estimate.peak_sigma, r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0,
+        to_string(r.safety), to_string(r.authorization.reason), to_string(r.sample.reason));
   }
   return text;
 }
@@ -169,6 +176,14 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
     summary["scheduling"] = treatment.scheduling;
     summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},
                          {"wake_late_us", percentiles_us(treatment.timing.wake_late)}};
+  }
+  if (treatment.device) {
+    const DeviceReport& device = *treatment.device;
+    summary["device"] = {{"name", device.name},
+                         {"pulses_per_period", device.pulses_per_period},
+                         {"late_pulses", device.late_pulses},
+                         {"pulse_peak_true_max_K", device.pulse_peak_max},
+                         {"status", device.status}};
   }
   write_file(folder / "summary.json", summary.dump(2) + "\n");
 }

@@ -151,6 +151,12 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
 
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+  if (config.photoacoustics.sampling == Sampling::kPulses) {
+    throw Error(ErrorParts{.key = "photoacoustics.sampling",
+                           .problem = "the eye in this process has no pulses",
+                           .found = "pulses",
+                           .accepted = "instant, or treat --device eye"});
+  }
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
     return treat_with<SparseOsqpController>(config, models, pacing, stop, progress);

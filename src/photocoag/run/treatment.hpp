@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,15 @@ namespace photocoag {
 
 enum class Pacing { kVirtualTime, kClock };
 
+/// What only a treatment on a device knows.
+struct DeviceReport {
+  std::string name;
+  int pulses_per_period = 0;     ///< 0: it does not say
+  std::int64_t late_pulses = 0;  ///< answered after the next was due
+  double pulse_peak_max = 0.0;   ///< K, true, right after a pulse; NaN: not known
+  std::string status;            ///< the eye's own counts, as it says them
+};
+
 struct Treatment {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
@@ -23,6 +34,7 @@ struct Treatment {
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
   double wall_seconds = 0.0;  ///< of the loop alone
   std::size_t full_order_states = 0;
+  std::optional<DeviceReport> device;  ///< none: the simulated eye of this process
 };
 
 /// With safety.real_time = "enforce": throws Error unless this machine grants SCHED_FIFO and locked

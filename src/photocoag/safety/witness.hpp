@@ -20,6 +20,11 @@ struct WitnessModel {
   std::array<Weights, kWitnessAbsorptions> volume{};      ///< K/W per lag
   std::array<Weights, kWitnessAbsorptions> peak{};        ///< K/W per lag
   std::array<double, kWitnessAbsorptions> steady_peak{};  ///< K/W
+  /// Where a sample is not the temperature at the end of its period (a mean over pulses): what it
+  /// sees of lag i is seen_before_i s_i + seen_power_i u, with s_i from before the period.
+  bool averaged = false;
+  std::array<double, kWitnessModes> seen_before{};
+  std::array<double, kWitnessModes> seen_power{};
 };
 
 /// How a sample compares with what the emitted power can have caused.
