@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -169,7 +170,9 @@ class Pulses {
 
   void run() noexcept {
     std::int64_t due = memory_.start_ns;
-    for (std::uint64_t number = 0; !stop_.load(std::memory_order_relaxed) && !done_; ++number) {
+    for (std::uint64_t number = 0; !stop_.load(std::memory_order_relaxed) &&
+                                   !shared_.end.load(std::memory_order_relaxed) && !done_;
+         ++number) {
       wait_until(due);
       pulse(number, due);
       due += shared_.pulse_ns;
@@ -355,15 +358,28 @@ EyeStatistics serve_eye(const EyeServerOptions& options, PulsedEye& eye, FaultSc
   shared.memory = static_cast<EyeSharedMemory*>(mapping);
   shared.memory->magic = kEyeMagic;
   shared.memory->size = sizeof(EyeSharedMemory);
-  const int listener = listen_on(options.socket);
   EyeStatistics statistics;
-  shared.memory->start_ns = monotonic_ns() + 2'000'000;
-  std::thread reception([&] { Reception(shared, faults, listener).run(); });
+  std::atomic<bool> ready{false};
   std::thread pulses([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     statistics.scheduling = request_real_time().describe();
+    shared.memory->start_ns = monotonic_ns() + 1'000'000;
+    ready.store(true, std::memory_order_release);
     Pulses(shared, eye, options, stop, statistics).run();
   });
+  while (!ready.load(std::memory_order_acquire)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  int listener = -1;
+  std::thread reception;
+  try {
+    listener = listen_on(options.socket);
+    reception = std::thread([&] { Reception(shared, faults, listener).run(); });
+  } catch (...) {
+    shared.end.store(true);
+    pulses.join();
+    throw;
+  }
   pulses.join();
   shared.end.store(true);
   reception.join();

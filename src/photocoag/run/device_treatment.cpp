@@ -16,7 +16,6 @@
 #include <optional>
 #include <thread>
 
-#include "photocoag/loop/pulse_sampling.hpp"
 #include "photocoag/rt/continued_device.hpp"
 #include "photocoag/rt/driver_device.hpp"
 #include "photocoag/rt/eye_device.hpp"
@@ -31,6 +30,16 @@ namespace {
 
 using Mpc = ModelPredictiveController<DenseSolver>;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// A device that cannot be had is a device's fault, not bad input.
+template <typename F>
+void of_the_device(F&& open) {
+  try {
+    open();
+  } catch (const Error& error) {
+    throw DeviceError(error);
+  }
+}
 
 /// Where the self-test has left a device.
 struct Served {
@@ -139,25 +148,30 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
                Treatment& treatment) {
   const int pulses = pulses_per_period(config);
   const GrueneisenCurve curve(load_curve(config.photoacoustics.calibration));
-  EyeDevice device(
-      {.socket = address.path,
-       .transport = address.over_socket ? EyeTransport::kSocket : EyeTransport::kSharedMemory,
-       .period = config.control.period,
-       .delay = config.control.delay,
-       .patience = patience_of(config)});
+  std::optional<EyeDevice> place;
+  of_the_device([&] {
+    place.emplace(EyeLinkSettings{
+        .socket = address.path,
+        .transport = address.over_socket ? EyeTransport::kSocket : EyeTransport::kSharedMemory,
+        .period = config.control.period,
+        .delay = config.control.delay,
+        .patience = patience_of(config)});
+  });
+  EyeDevice& device = *place;
   if (device.pulses_per_period() != pulses) {
     throw DeviceError(ErrorParts{.where = "eye",
                                  .key = "photoacoustics.pulse_period_ms",
                                  .problem = "the eye pulses at another rate"});
   }
   set_last_resort([](void* d) noexcept { static_cast<EyeDevice*>(d)->safe_off(); }, &device);
-  device.prepare(curve, {.ambient_celsius = config.tissue.ambient_celsius},
-                 config.photoacoustics.baseline_pulses);
+  of_the_device([&] {
+    device.prepare(curve, {.ambient_celsius = config.tissue.ambient_celsius},
+                   config.photoacoustics.baseline_pulses);
+  });
   treatment.full_order_states = device.full_order_states();
   WitnessModel witness = witness_of(config, model);
   see_pulses(witness, pulses);
-  PulsedController<Mpc> controller(model, config.control, config.estimator,
-                                   pulse_sampling(model, pulses));
+  BasicController<Mpc> controller(seen_by_pulses(model, pulses), config.control, config.estimator);
   treat_with(config, controller, device, witness, stop, progress, treatment);
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = address.over_socket ? "eye, socket" : "eye, shared memory",
@@ -177,7 +191,9 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
 void treat_driver(const Config& config, const DeviceAddress& address, const ReducedModel& model,
                   const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                   Treatment& treatment) {
-  DriverDevice device(address.path, address.settings, config.control.period);
+  std::optional<DriverDevice> place;
+  of_the_device([&] { place.emplace(address.path, address.settings, config.control.period); });
+  DriverDevice& device = *place;
   if (!device.simulated() &&
       (config.safety.real_time != RealTimeMode::kEnforce || !config.safety.supervised)) {
     throw Error(ErrorParts{.where = "--device",
@@ -187,7 +203,8 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
                            .accepted = "\"enforce\", with the supervisor"});
   }
   set_last_resort([](void* d) noexcept { static_cast<DriverDevice*>(d)->safe_off(); }, &device);
-  treatment.device = {.name = "driver, " + device.name(), .pulse_peak_max = kNaN};
+  treatment.device =
+      DeviceReport{.name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}};
   BasicController<Mpc> controller(model, config.control, config.estimator);
   treat_with(config, controller, device, witness_of(config, model), stop, progress, treatment);
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};

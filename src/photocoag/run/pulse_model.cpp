@@ -1,5 +1,7 @@
 #include "photocoag/run/pulse_model.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
@@ -27,7 +29,14 @@ SeenMode seen_by_pulses(double decay, int pulses) {
   return seen;
 }
 
-PulseSampling pulse_sampling(const ReducedModel& model, int pulses) {
+ReducedModel seen_by_pulses(const ReducedModel& model, int pulses) {
+  const Eigen::Index n = model.order();
+  if (2 * n > kMaxOrder) {
+    throw Error(ErrorParts{.key = "model.order",
+                           .problem = "samples by pulses need two states for each",
+                           .found = fmt::format("{}", n),
+                           .accepted = fmt::format("at most {}", kMaxOrder / 2)});
+  }
   const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
   if (model.discretization != Discretization::kZeroOrderHold || eigen.info() != Eigen::Success ||
       eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 1e-9) {
@@ -37,7 +46,6 @@ PulseSampling pulse_sampling(const ReducedModel& model, int pulses) {
   }
   const Eigen::MatrixXd right = eigen.eigenvectors().real();
   const Eigen::MatrixXd left = right.inverse();
-  const Eigen::Index n = model.order();
   Eigen::VectorXd before(n);
   Eigen::VectorXd power(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -45,10 +53,24 @@ PulseSampling pulse_sampling(const ReducedModel& model, int pulses) {
     before[i] = seen.before;
     power[i] = seen.power;
   }
-  PulseSampling sampling;
-  sampling.of_state = Eigen::MatrixXd(model.A_d) - right * before.asDiagonal() * left;
-  sampling.of_input = Eigen::MatrixXd::Identity(n, n) - right * power.asDiagonal() * left;
-  return sampling;
+  ReducedModel twice = model;
+  const Eigen::Index terms = model.B_d.cols();
+  twice.A = StateMatrix::Zero(2 * n, 2 * n);
+  twice.A.topLeftCorner(n, n) = model.A;
+  twice.A.bottomRightCorner(n, n) = model.A;
+  twice.B = InputTerms::Zero(2 * n, terms);
+  twice.B.topRows(n) = model.B;
+  twice.A_d = StateMatrix::Zero(2 * n, 2 * n);
+  twice.A_d.topLeftCorner(n, n) = model.A_d;
+  twice.A_d.bottomLeftCorner(n, n) = right * before.asDiagonal() * left;
+  twice.B_d = InputTerms::Zero(2 * n, terms);
+  twice.B_d.topRows(n) = model.B_d;
+  twice.B_d.bottomRows(n) = right * power.asDiagonal() * left * Eigen::MatrixXd(model.B_d);
+  twice.C_volume = OutputTerms::Zero(model.C_volume.rows(), 2 * n);
+  twice.C_volume.rightCols(n) = model.C_volume;
+  twice.C_peak = StateVector::Zero(2 * n);
+  twice.C_peak.head(n) = model.C_peak;
+  return twice;
 }
 
 void see_pulses(WitnessModel& witness, int pulses) {
