@@ -72,6 +72,8 @@ struct FaultsOptions {
   std::string row;                  ///< one id; empty: all
   bool without_supervisor = false;  ///< to see that every row needs it
   int healthy = 0;                  ///< treatments without faults, to count false stops
+  int kills = 0;                    ///< controllers to kill beside an eye in another process
+  int stops = 0;                    ///< controllers to stop for 20 ms
 };
 
 struct ReplayOptions {
@@ -117,6 +119,7 @@ int spots_command(const SpotsOptions& options);
 int estimation(const EstimationOptions& options);
 int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
+int kill_trials(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
 int eye_command(const EyeOptions& options);
 int calibrate_command(const CalibrateOptions& options);

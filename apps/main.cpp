@@ -270,8 +270,20 @@ int run_command(int argc, char** argv) {
                    "also so many treatments without faults, to count false stops")
       ->check(CLI::Range(0, 1000000))
       ->type_name("n");
+  faults_app
+      ->add_option("--kills", faults_options.kills,
+                   "instead: SIGKILL so many controllers at random moments of a treatment of the "
+                   "eye's process (row T4)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("n");
+  faults_app
+      ->add_option("--stops", faults_options.stops,
+                   "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("n");
   faults_app->footer(
       footer("  photocoag faults\n"
+             "  photocoag faults --kills 100\n"
              "  photocoag faults --row M4\n"
              "  photocoag faults --healthy 10000\n"
              "  photocoag faults --without-supervisor"));

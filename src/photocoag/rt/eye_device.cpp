@@ -135,7 +135,10 @@ Baseline EyeDevice::prepare(const GrueneisenCurve& curve, const ThermometerSetti
                             int pulses) {
   std::vector<PulseReading> readings;
   constexpr std::int64_t kPatience = 2'000'000'000;  // ns beyond their time
-  pump();
+  const std::int64_t give_up = monotonic_ns() + kPatience;
+  while (pump() && memory_->pulses.load() == 0 && monotonic_ns() < give_up) {
+    wait_until(monotonic_ns() + pulse_ns_);
+  }
   std::uint64_t next = memory_->pulses.load(std::memory_order_acquire);
   for (int i = 0; i < pulses; ++i, ++next) {
     PulseRecord pulse;

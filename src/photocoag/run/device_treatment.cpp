@@ -266,13 +266,15 @@ Config for_device(Config config, const DeviceAddress& device) {
 }
 
 EyeProcess::EyeProcess(const std::filesystem::path& config_file,
-                       const std::vector<std::string>& arguments) {
+                       const std::vector<std::string>& arguments, bool once)
+    : once_(once) {
   std::string name = (std::filesystem::temp_directory_path() / "photocoag-eye-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw DeviceError(ErrorParts{.problem = "no folder"});
   folder_ = name;
   socket_ = folder_ + "/eye";
-  std::vector<std::string> words = {"photocoag", "eye",   "--config", config_file.string(),
-                                    "--socket",  socket_, "--once"};
+  std::vector<std::string> words = {"photocoag",          "eye",      "--config",
+                                    config_file.string(), "--socket", socket_};
+  if (once) words.emplace_back("--once");
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -297,6 +299,7 @@ EyeProcess::EyeProcess(const std::filesystem::path& config_file,
 
 EyeProcess::~EyeProcess() {
   constexpr int kPatience = 300;  // times 10 ms
+  if (!once_ && id_ > 0) kill(id_, SIGTERM);
   for (int i = 0; i < kPatience && id_ > 0; ++i) {
     int status = 0;
     if (waitpid(id_, &status, WNOHANG) == id_) id_ = -1;

@@ -42,11 +42,13 @@ Config for_device(Config config, const DeviceAddress& device);
 /// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.
 int pulses_per_period(const Config& config);
 
-/// Starts `photocoag eye` with the configuration file for the time of its life.
+/// Starts `photocoag eye` with the configuration file for the time of its life. `once`: it ends by
+/// itself with its first controller, else it is asked to.
 class EyeProcess {
  public:
   /// Throws DeviceError if it does not come up.
-  EyeProcess(const std::filesystem::path& config_file, const std::vector<std::string>& arguments);
+  EyeProcess(const std::filesystem::path& config_file, const std::vector<std::string>& arguments,
+             bool once = true);
   ~EyeProcess();
   EyeProcess(const EyeProcess&) = delete;
   EyeProcess& operator=(const EyeProcess&) = delete;
@@ -57,6 +59,7 @@ class EyeProcess {
   std::string folder_;
   std::string socket_;
   int id_ = -1;
+  bool once_;
 };
 
 /// Self-test and treatment on the device. Throws DeviceError before the loop only.
