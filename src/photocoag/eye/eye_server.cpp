@@ -237,7 +237,7 @@ class Pulses {
 
   /// Controllers that come and go, and their messages.
   void attend() noexcept {
-    if (shared_.cold.exchange(false)) eye_.reset();
+    if (shared_.cold.exchange(false)) eye_.cool();
     if (client_.socket < 0) {
       Client* arriving = shared_.arriving.exchange(nullptr, std::memory_order_acquire);
       if (arriving == nullptr) return;
@@ -250,7 +250,7 @@ class Pulses {
       memory_.safe_off.store(0);
       for (auto& slot : memory_.commands) slot.period.store(0);
       for (EyeCommand& slot : received_) slot.kind = EyeMessageKind::kHello;
-      eye_.reset();
+      eye_.attach();
     }
     EyeCommand command;
     for (int i = 0; i < 8; ++i) {

@@ -18,8 +18,7 @@ PulsedEye::PulsedEye(std::shared_ptr<const FullOrderModel> model, double absorpt
       faults_(faults),
       cold_(curve.value(ambient_)) {}
 
-void PulsedEye::reset() noexcept {
-  tissue_.reset();
+void PulsedEye::attach() noexcept {
   dark();
   interlock_open_ = false;
   treating_ = false;

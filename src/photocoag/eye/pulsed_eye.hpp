@@ -50,12 +50,16 @@ class PulsedEye {
   /// What the pulse does to the tissue; the truth of the pulse period after it.
   PulseTruth settle() noexcept;
 
-  /// Cold tissue, interlock closed, no memory of a treatment.
-  void reset() noexcept;
-  /// A controller has come or gone: 0 W.
+  /// Cold tissue: what waiting for long does.
+  void cool() noexcept { tissue_.reset(); }
+  /// A new controller: 0 W, the operator has closed the interlock.
+  void attach() noexcept;
+  /// It has gone: 0 W.
   void dark() noexcept;
   bool vanished() const noexcept { return vanished_; }
   double late_ms() const noexcept { return late_ms_; }  ///< fault T1, of the last pulse
+  /// K, normalised: what the next pulse will hear.
+  double volume_before() const noexcept { return tissue_.before().volume; }
   std::size_t states() const noexcept { return tissue_.states(); }
 
  private:

@@ -1,5 +1,6 @@
 #include "photocoag/eye/pulsed_tissue.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
@@ -64,6 +65,8 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
   volume_weight_ = weights.volume * (model_->volume_norm(absorption_factor) / absorbed);
   prepare_modes(pulse_period);
   if (!curve_.linear()) prepare_curved(absorption_factor);
+  state_.resize(decay_.size());
+  axis_ = spot_ = axis_mean_ = spot_mean_ = VectorXd::Zero(model_->axial().size());
   reset();
 }
 
@@ -116,8 +119,7 @@ void PulsedTissue::prepare_curved(double absorption_factor) {
 }
 
 void PulsedTissue::reset() noexcept {
-  state_.assign(decay_.size(), 0.0);
-  axis_ = spot_ = axis_mean_ = spot_mean_ = VectorXd::Zero(model_->axial().size());
+  std::fill(state_.begin(), state_.end(), 0.0);
   before_ = mean_ = {};
   peak_after_ = 0.0;
 }

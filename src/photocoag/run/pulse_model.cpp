@@ -13,7 +13,7 @@ namespace photocoag {
 SeenMode seen_by_pulses(double decay, int pulses) {
   const auto m = static_cast<double>(pulses);
   SeenMode seen{.before = 0.0, .power = 0.0};
-  if (decay <= 0.0) return {.before = 1.0 / m, .power = 0.0};  // only the first pulse sees it
+  if (decay <= 0.0) return seen;  // gone before any pulse could hear it
   const double exponent = -std::log(decay);                    // l T
   const double per_pulse = std::exp(-exponent / m);
   // A pulse of u T / m, relative to (1 - decay) / l, what the whole period adds per watt.
@@ -26,6 +26,9 @@ SeenMode seen_by_pulses(double decay, int pulses) {
     left *= per_pulse;
     pulsed = per_pulse * (pulsed + share);
   }
+  // Pulses leave a mode with less at the end of a period than constant power, always by the same
+  // factor: so it was at its start as well.
+  seen.before *= pulsed;
   return seen;
 }
 

@@ -9,7 +9,8 @@ namespace photocoag {
 
 /// What m pulses of equal energy, evenly over a period, see on average of a mode that decays by
 /// `decay` per period, each just before its own heat:
-///   before * (the mode at the period's start) + power * (what the whole period adds to it).
+///   before * (the mode at the period's start) + power * (what the whole period adds to it),
+/// both as constant power would have made them.
 struct SeenMode {
   double before = 1.0;
   double power = 0.0;
