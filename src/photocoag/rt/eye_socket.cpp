@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 
 #include "photocoag/core/error.hpp"
@@ -45,12 +46,14 @@ int connect_to(const std::string& path) {
 }
 
 int listen_on(const std::string& path) {
-  const sockaddr_un address = address_of(path);
+  // Under another name until it listens: who sees the path may connect.
+  const std::string part = path + "~";
+  const sockaddr_un address = address_of(part);
   const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  unlink(path.c_str());
+  unlink(part.c_str());
   if (socket < 0 ||
       bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
-      listen(socket, 8) != 0) {
+      listen(socket, 8) != 0 || std::rename(part.c_str(), path.c_str()) != 0) {
     refuse(socket, path, "the socket cannot be made");
   }
   return socket;

@@ -37,6 +37,7 @@ void of_the_device(F&& open) {
   try {
     open();
   } catch (const Error& error) {
+    if (!error.parts().key.empty()) throw;  // the configuration's
     throw DeviceError(error);
   }
 }
@@ -178,7 +179,12 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
                       .pulses_per_period = pulses,
                       .late_pulses = static_cast<std::int64_t>(device.late_pulses()),
                       .pulse_peak_max = 0.0,
-                      .status = tell_eye(address.path, "status")};
+                      .status = {}};
+  try {
+    report.status = tell_eye(address.path, "status");
+  } catch (const Error&) {
+    report.status = "gone";
+  }
   for (std::size_t k = 0; k < treatment.records.size(); ++k) {
     const bool known = k < truth.size();
     treatment.records[k].truth = known ? truth[k].outputs : Outputs{.volume = kNaN, .peak = kNaN};
@@ -191,17 +197,11 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
 void treat_driver(const Config& config, const DeviceAddress& address, const ReducedModel& model,
                   const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                   Treatment& treatment) {
+  const bool strict = config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
   std::optional<DriverDevice> place;
-  of_the_device([&] { place.emplace(address.path, address.settings, config.control.period); });
+  of_the_device(
+      [&] { place.emplace(address.path, address.settings, config.control.period, strict); });
   DriverDevice& device = *place;
-  if (!device.simulated() &&
-      (config.safety.real_time != RealTimeMode::kEnforce || !config.safety.supervised)) {
-    throw Error(ErrorParts{.where = "--device",
-                           .key = "safety.real_time",
-                           .problem = "the driver says that light can come out of its device",
-                           .found = config.safety.supervised ? "observe" : "no supervisor",
-                           .accepted = "\"enforce\", with the supervisor"});
-  }
   set_last_resort([](void* d) noexcept { static_cast<DriverDevice*>(d)->safe_off(); }, &device);
   treatment.device =
       DeviceReport{.name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}};

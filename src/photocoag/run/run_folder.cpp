@@ -92,6 +92,8 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
 
 std::string run_csv(const Treatment& treatment) {
   std::string text(kHeader);
+  // What a device emits may differ from what it was told; the simulated eye of this process obeys.
+  if (treatment.device) text.insert(text.size() - 1, ",power_command_W");
   auto out = std::back_inserter(text);
   const auto known = [](double value) {
     return std::isfinite(value) ? fmt::format("{}", value) : std::string();
@@ -104,6 +106,7 @@ std::string run_csv(const Treatment& treatment) {
         r.decision.power_reference, to_string(r.decision.status), r.decision.iterations,
         r.estimate.peak_sigma, r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0,
         to_string(r.safety), to_string(r.authorization.reason), to_string(r.sample.reason));
+    if (treatment.device) text.insert(text.size() - 1, fmt::format(",{}", r.authorization.power));
   }
   return text;
 }
