@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -22,6 +23,7 @@
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/run/boundaries.hpp"
+#include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
@@ -33,6 +35,8 @@ namespace photocoag {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kExitDeviceFault = 3;
 
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free);  // may be set in a signal handler
@@ -73,10 +77,9 @@ void print_error_report(const ReducedModel& model) {
 // One line per alpha; with two parameters one per beta, the worst of all alpha.
 void print_error_table(const ErrorReport& error) {
   const bool two = !error.choroid_factors.empty();
-  fmt::print(stderr,
-             "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
-             two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "",
-             error.duration * 1e3);
+  fmt::print(
+      stderr, "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
+      two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "", error.duration * 1e3);
   const std::vector<double>& along = two ? error.choroid_factors : error.absorption_factors;
   for (std::size_t i = 0; i < along.size();) {
     const double at = along[i];
@@ -155,7 +158,15 @@ void print_margin(const TissueMargin& margin, const Config& controlled) {
 int run(const RunOptions& options, Pacing pacing) {
   std::vector<std::string> overrides = options.set;
   if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
-  const Config config = load_config(options.config, overrides);
+  Config config = load_config(options.config, overrides);
+  std::optional<DeviceAddress> device;
+  if (!options.device.empty()) {
+    device = parse_device(options.device);
+    config = for_device(config, *device);
+  }
+  if (!options.faults.empty() && !(device && device->own_process)) {
+    throw Error(ErrorParts{.where = "--fault", .accepted = "together with --device eye"});
+  }
   const fs::path folder =
       options.out.empty() ? new_run_folder(config.run.seed) : fs::path(options.out);
   check_run_folder(folder);
@@ -164,14 +175,18 @@ int run(const RunOptions& options, Pacing pacing) {
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
-  if (config.plant.model == PlantModel::kFull) models.plant_full();
+  if (config.plant.model == PlantModel::kFull && !device) models.plant_full();
   clear_progress();
   print_error_report(model);
-  fmt::print(stderr, "eye       {}, absorption factor {:g} (the controller is not told)\n",
-             config.plant.model == PlantModel::kFull
-                 ? fmt::format("full order, {} states", models.plant_full()->states())
-                 : std::string("reduced model"),
-             config.plant.absorption_factor);
+  if (device) {
+    fmt::print(stderr, "device    {}\n", options.device);
+  } else {
+    fmt::print(stderr, "eye       {}, absorption factor {:g} (the controller is not told)\n",
+               config.plant.model == PlantModel::kFull
+                   ? fmt::format("full order, {} states", models.plant_full()->states())
+                   : std::string("reduced model"),
+               config.plant.absorption_factor);
+  }
 
   Config controlled = config;
   if (config.uncertainty.declared()) {
@@ -191,27 +206,45 @@ int run(const RunOptions& options, Pacing pacing) {
   std::atomic<std::size_t> done{0};
   Treatment treatment;
   {
+    std::optional<EyeProcess> eye;
+    if (device && device->own_process) {
+      std::vector<std::string> arguments;
+      for (const std::string& fault : options.faults) {
+        arguments.insert(arguments.end(), {"--fault", fault});
+      }
+      eye.emplace(folder / "config.toml", arguments);
+      device->path = eye->socket();
+    }
     const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
                               config.cycles());
-    treatment = run_treatment(controlled, models, pacing, stop_requested, done,
-                              pacing == Pacing::kClock ? folder / "log" : fs::path());
+    const fs::path log = pacing == Pacing::kClock ? folder / "log" : fs::path();
+    treatment = device ? run_device_treatment(controlled, *device, models, stop_requested, done)
+                       : run_treatment(controlled, models, pacing, stop_requested, done, log);
   }
   bool complete = true;
   try {
     write_run(folder, config, treatment);
-    write_field(folder, config, treatment, models);
+    if (!device || device->eye()) write_field(folder, config, treatment, models);
     write_report(folder);
   } catch (const Error& error) {
     complete = false;  // the treatment is over: what could be written is there
     fmt::print(stderr, "photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
+  if (device && is_device_fault(treatment.outcome.safety.reason)) return kExitDeviceFault;
   return treatment.outcome.stopped || !complete || !treatment.log.trouble.empty() ? 1 : 0;
 }
 
 }  // namespace
 
-int treat(const RunOptions& options) { return run(options, Pacing::kClock); }
+int treat(const RunOptions& options) {
+  try {
+    return run(options, Pacing::kClock);
+  } catch (const DeviceError& error) {
+    fmt::print(stderr, "photocoag: {}\n", error.what());
+    return kExitDeviceFault;
+  }
+}
 
 int simulate(const RunOptions& options) { return run(options, Pacing::kVirtualTime); }
 

@@ -19,8 +19,10 @@ struct CommonOptions {
 };
 
 struct RunOptions : CommonOptions {
-  std::string out;   ///< run folder; empty: a new one below runs/
-  std::string seed;  ///< as given; empty: from the configuration
+  std::string out;                  ///< run folder; empty: a new one below runs/
+  std::string seed;                 ///< as given; empty: from the configuration
+  std::string device;               ///< of `treat`: empty, or see run/device_treatment.hpp
+  std::vector<std::string> faults;  ///< of an eye that `treat` starts itself
 };
 
 struct ResponseOptions : CommonOptions {
@@ -72,6 +74,8 @@ struct FaultsOptions {
   std::string row;                  ///< one id; empty: all
   bool without_supervisor = false;  ///< to see that every row needs it
   int healthy = 0;                  ///< treatments without faults, to count false stops
+  int kills = 0;                    ///< controllers to kill beside an eye in another process
+  int stops = 0;                    ///< controllers to stop for 20 ms
 };
 
 struct ReplayOptions {
@@ -106,6 +110,21 @@ struct BenchOptions {
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
+struct EyeOptions : CommonOptions {
+  std::string socket = "photocoag-eye.sock";
+  bool once = false;                ///< end with the first controller
+  std::vector<std::string> faults;  ///< "ID@cycle", or files of them
+  std::string tell;                 ///< no eye: send this line to the one at `socket`
+};
+
+struct CalibrateOptions : CommonOptions {
+  std::string data;     ///< CSV file
+  std::string out;      ///< TOML file; empty: standard output
+  std::string example;  ///< write example data there
+  int degree = 0;       ///< 0: chosen
+  int rows = 400;       ///< of the example
+};
+
 int treat(const RunOptions& options);
 int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
@@ -124,6 +143,9 @@ int faults_command(const FaultsOptions& options);
 int doctor_command(const DoctorOptions& options);
 int latency_command(const LatencyOptions& options);
 int convert_command(const ConvertOptions& options);
+int kill_trials(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
+int eye_command(const EyeOptions& options);
+int calibrate_command(const CalibrateOptions& options);
 
 }  // namespace photocoag

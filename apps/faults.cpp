@@ -9,6 +9,7 @@
 namespace photocoag {
 
 int faults_command(const FaultsOptions& options) {
+  if (options.kills > 0 || options.stops > 0) return kill_trials(options);
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
   FaultOptions table{.supervised = !options.without_supervisor, .only = options.row};
   const std::vector<FaultRow> rows = run_fault_table(

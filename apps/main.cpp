@@ -72,8 +72,21 @@ int run_command(int argc, char** argv) {
       "treat",
       "treat a simulated eye in real time (the main job); writes a run folder with a report");
   add_run(*treat_app, treat_options);
+  treat_app
+      ->add_option("--device", treat_options.device,
+                   "eye: a simulated eye in a process of its own, started for this treatment; "
+                   "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
+                   "driver:LIBRARY[,SETTINGS]: a vendor's driver")
+      ->type_name("DEVICE");
+  treat_app
+      ->add_option("--fault", treat_options.faults,
+                   "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")
+      ->type_name("FAULT")
+      ->allow_extra_args(false);
   treat_app->footer(
       footer("  photocoag treat\n"
+             "  photocoag treat --device eye\n"
+             "  photocoag treat --device eye --fault M2@120\n"
              "  photocoag treat --config configs/paper-250hz-a.toml --seed 7 --out runs/first\n"
              "Ctrl-C puts the laser to 0 W and still writes the run folder."));
   treat_app->callback([&] { exit_code = treat(treat_options); });
@@ -266,8 +279,20 @@ int run_command(int argc, char** argv) {
                    "also so many treatments without faults, to count false stops")
       ->check(CLI::Range(0, 1000000))
       ->type_name("n");
+  faults_app
+      ->add_option("--kills", faults_options.kills,
+                   "instead: SIGKILL so many controllers at random moments of a treatment of the "
+                   "eye's process (row T4)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("n");
+  faults_app
+      ->add_option("--stops", faults_options.stops,
+                   "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("n");
   faults_app->footer(
       footer("  photocoag faults\n"
+             "  photocoag faults --kills 100\n"
              "  photocoag faults --row M4\n"
              "  photocoag faults --healthy 10000\n"
              "  photocoag faults --without-supervisor"));
@@ -328,6 +353,57 @@ int run_command(int argc, char** argv) {
              "  photocoag convert runs/killed --recover\n"
              "A run of `simulate` has no log: its run.csv is converted."));
   convert_app->callback([&] { exit_code = convert_command(convert_options); });
+
+  EyeOptions eye_options;
+  CLI::App* eye_app = app.add_subcommand(
+      "eye", "a simulated eye with its laser as a process of its own: pulses, pressure transients");
+  add_common(*eye_app, eye_options);
+  eye_app->add_option("--socket", eye_options.socket, "where controllers connect")
+      ->type_name("PATH");
+  eye_app->add_flag("--once", eye_options.once, "end when the first controller has gone");
+  eye_app
+      ->add_option("--fault", eye_options.faults,
+                   "ID@cycle[+count][*value] of docs/devices.md, or a file with one per line")
+      ->type_name("FAULT")
+      ->allow_extra_args(false);
+  eye_app
+      ->add_option("--tell", eye_options.tell,
+                   "send this line to an eye that runs: status, cold, fault ID@cycle")
+      ->type_name("TEXT");
+  eye_app->footer(
+      footer("  photocoag eye --socket /tmp/eye\n"
+             "  photocoag treat --device eye:/tmp/eye\n"
+             "  photocoag eye --socket /tmp/eye --tell 'fault M2@120'\n"
+             "It is that of [plant], [photoacoustics] and control.period_ms."));
+  eye_app->callback([&] { exit_code = eye_command(eye_options); });
+
+  CalibrateOptions calibrate_options;
+  CLI::App* calibrate_app = app.add_subcommand(
+      "calibrate", "fit the photoacoustic calibration curve to data of evenly warmed tissue");
+  add_common(*calibrate_app, calibrate_options);
+  calibrate_app
+      ->add_option("DATA", calibrate_options.data,
+                   "CSV file with columns temperature_C, amplitude, energy_uJ")
+      ->type_name("FILE");
+  calibrate_app->add_option("--out", calibrate_options.out, "TOML file for the curve")
+      ->type_name("FILE");
+  calibrate_app
+      ->add_option("--degree", calibrate_options.degree,
+                   "of the polynomial; 0: the smallest of 1 to 3 that predicts well")
+      ->check(CLI::Range(0, 5))
+      ->type_name("d");
+  calibrate_app
+      ->add_option("--example", calibrate_options.example,
+                   "first write data of the simulated transducer to this file")
+      ->type_name("FILE");
+  calibrate_app->add_option("--rows", calibrate_options.rows, "pulses of the example")
+      ->check(CLI::Range(8, 1000000))
+      ->type_name("n");
+  calibrate_app->footer(
+      footer("  photocoag calibrate --example heating.csv\n"
+             "  photocoag calibrate heating.csv --out curve.toml\n"
+             "  photocoag treat --device eye --set photoacoustics.calibration=curve.toml"));
+  calibrate_app->callback([&] { exit_code = calibrate_command(calibrate_options); });
 
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");

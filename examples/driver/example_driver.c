@@ -11,6 +11,10 @@
 
 #include "photocoag/device/driver.h"
 
+#ifndef EXAMPLE_SIMULATED
+#define EXAMPLE_SIMULATED 1 /* HARDWARE: 0, and photocoag wants safety.real_time = "enforce" */
+#endif
+
 typedef struct {
   double gain;        /* K/W */
   double tau;         /* s */
@@ -123,7 +127,7 @@ const photocoag_driver_table* photocoag_driver(void) {
   static const photocoag_driver_table table = {.version = PHOTOCOAG_DRIVER_VERSION,
                                                .size = sizeof(photocoag_driver_table),
                                                .name = "example: one time constant",
-                                               .simulated = 1,
+                                               .simulated = EXAMPLE_SIMULATED,
                                                .open = example_open,
                                                .arm = example_arm,
                                                .wait_sample = example_wait_sample,

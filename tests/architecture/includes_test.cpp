@@ -29,14 +29,17 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"campaign",
      {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
     {"device", {}},
+    {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.
     {"safety", {"device", "tissue"}},
     {"loop", {"core", "rom", "estimation", "mpc", "qp", "device", "safety"}},
-    {"rt", {"core", "loop", "device", "safety"}},
-    {"config", {"core", "tissue", "fom", "mor", "estimation", "mpc", "safety"}},
+    {"rt", {"core", "loop", "device", "safety", "photoacoustics"}},
+    {"eye", {"core", "tissue", "fom", "photoacoustics", "rt"}},
+    {"config",
+     {"core", "tissue", "fom", "mor", "estimation", "mpc", "photoacoustics", "safety"}},
     {"run",
-     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop", "rt", "log", "config",
-       "osqp"}},
+     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop",
+      "photoacoustics", "eye", "rt", "log", "config", "osqp"}},
     // Next to the loop: the log knows the clock, nothing of what it records.
     {"log", {"core", "rt"}},
     {"machine", {"core", "rt", "log"}},
@@ -100,8 +103,10 @@ TEST(Includes, TheTableHasNoCycle) {
 
 TEST(Includes, OnlineKnowsNoOfflineFolder) {
   for (const std::string online :
-       {"core", "tissue", "rom", "estimation", "qp", "mpc", "device", "safety", "loop", "rt"}) {
-    for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp"}) {
+       {"core", "tissue", "rom", "estimation", "qp", "mpc", "device", "safety", "photoacoustics", "loop",
+        "rt"}) {
+    for (const std::string offline : {"fom", "mor", "config", "run", "report", "benchmark", "osqp",
+                                      "eye"}) {
       EXPECT_FALSE(kAllowed.at(online).contains(offline)) << online << " includes " << offline;
     }
   }

@@ -120,6 +120,10 @@ void Config::validate() const {
   require(estimator.unknowns == Unknowns::kRpe || !model.file.empty() || tissue.two_parameters(),
           "estimator.unknowns", std::string_view("rpe-and-choroid"),
           "\"rpe\", or an absorbing layer of [tissue] with scaled_by = \"beta\"");
+  require_between(photoacoustics.pulse_period * 1e3, 0.02, 10.0, "photoacoustics.pulse_period_ms");
+  require(photoacoustics.baseline_pulses >= 16 && photoacoustics.baseline_pulses <= 100000,
+          "photoacoustics.baseline_pulses", photoacoustics.baseline_pulses,
+          "an integer from 16 to 100000");
   require(run.duration >= control.period && run.duration <= kLongestRun, "run.duration_ms",
           run.duration * 1e3,
           fmt::format("from one period, control.period_ms = {} ms, to {} ms", control.period * 1e3,

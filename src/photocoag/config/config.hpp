@@ -12,6 +12,7 @@
 #include "photocoag/fom/grid_settings.hpp"
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/mpc/settings.hpp"
+#include "photocoag/photoacoustics/settings.hpp"
 #include "photocoag/safety/settings.hpp"
 #include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
@@ -76,6 +77,7 @@ struct Config {
   Tissue tissue;
   UncertaintySettings uncertainty;
   PlantSettings plant;
+  PhotoacousticSettings photoacoustics;
   RunSettings run;
   bool operator==(const Config&) const = default;
 

@@ -242,6 +242,25 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
                       "exact for constant power, the paper's scheme, or one of second order")});
 }
 
+void add_photoacoustics(PhotoacousticSettings& s, std::vector<Field>& list) {
+  const auto key = [](std::string_view name) { return fmt::format("photoacoustics.{}", name); };
+  list.insert(
+      list.end(),
+      {word(key("sampling"), s.sampling, {"instant", "pulses"},
+            "of a control sample: at the end of its period, or the mean over its pulses, each "
+            "just before its own heat; treat --device eye sets \"pulses\""),
+       Field{key("calibration"), TextField{&s.calibration, true},
+             "the Grueneisen curve made by `photocoag calibrate`; empty: water-like, not verified"},
+       number(key("pulse_period_ms"), s.pulse_period, kMilliseconds, {0.02, 10},
+              "of the laser; a whole fraction of control.period_ms"),
+       integer(key("baseline_pulses"), s.baseline_pulses, 16, 100000,
+               "of cold tissue before a treatment"),
+       Field{key("eye_calibration"), TextField{&s.eye_calibration, true},
+             "the simulated eye's true curve; empty: that of calibration"},
+       word(key("eye_noise"), s.eye_noise, {"temperature", "voltage"},
+            "of the simulated eye: the same in K, or in volts (plant.noise_K at 2.6 uJ, cold)")});
+}
+
 void add_uncertainty(UncertaintySettings& s, std::vector<Field>& list) {
   list.insert(list.end(),
               {number("uncertainty.spot_radius_relative", s.spot_radius, kOne, {0, 0.5},
@@ -289,6 +308,7 @@ const std::vector<Section>& sections() {
        "how far the eye may differ from [tissue]; reference and limit are backed off"},
       {"plant", "the simulated eye"},
       {"plant.tissue", "the true eye where it differs from [tissue]; shown complete"},
+      {"photoacoustics", "how a device measures by its pulses; docs/photoacoustics.md"},
       {"run", "one treatment"},
   };
   return list;
@@ -306,6 +326,7 @@ std::vector<Field> fields(Config& config) {
   add_uncertainty(config.uncertainty, list);
   add_plant(config.plant, list);
   add_tissue("plant.tissue", config.plant.tissue, list);
+  add_photoacoustics(config.photoacoustics, list);
   list.push_back(number("run.duration_ms", config.run.duration, kMilliseconds, {0, 60000, true},
                         "at least one control period, at most 1000000 of them"));
   list.push_back(integer("run.seed", config.run.seed, 0, std::numeric_limits<std::int64_t>::max(),

@@ -14,6 +14,10 @@ enum class RandomStream : std::uint32_t {
   kOnOffPower = 2,
   kStudy = 3,
   kRandomSpot = 4,
+  kTransientNoise = 5,
+  kPulseEnergy = 6,
+  kEnergyMeter = 7,
+  kArrivalTime = 8,
   kTest = 100
 };
 

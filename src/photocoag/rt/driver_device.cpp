@@ -26,7 +26,8 @@ bool complete(const photocoag_driver_table& table) noexcept {
 
 }  // namespace
 
-DriverDevice::DriverDevice(const std::string& library, const std::string& settings, double period)
+DriverDevice::DriverDevice(const std::string& library, const std::string& settings, double period,
+                           bool light_allowed)
     : period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)) {
   const auto refuse = [&](std::string problem, std::string found, std::string accepted) {
     if (device_ != nullptr) table_->close(device_);
@@ -53,6 +54,14 @@ DriverDevice::DriverDevice(const std::string& library, const std::string& settin
            fmt::format("version {}", PHOTOCOAG_DRIVER_VERSION));
   }
   if (!complete(*table_)) refuse("its table has empty entries", "", "all of device/driver.h");
+  if (table_->simulated != 1 && !light_allowed) {
+    dlclose(library_);
+    throw Error(ErrorParts{.where = library,
+                           .key = "safety.real_time",
+                           .problem = "light can come out of this driver's device",
+                           .found = "observe, or no supervisor",
+                           .accepted = "\"enforce\", with safety.supervisor = \"on\""});
+  }
   std::array<char, 256> message{};
   const std::int32_t opened = table_->open(&device_, settings.c_str(), message.data(),
                                            static_cast<std::uint32_t>(message.size() - 1));

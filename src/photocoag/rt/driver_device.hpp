@@ -14,8 +14,10 @@ namespace photocoag {
 /// Loads the library, checks its table, opens and arms the device; at 0 W until the first write.
 class DriverDevice {
  public:
-  /// Throws Error naming the library and what is wrong with it.
-  DriverDevice(const std::string& library, const std::string& settings, double period);
+  /// Throws Error naming the library and what is wrong with it. Unless `light_allowed` a driver that
+  /// is not simulated is refused before its device is opened.
+  DriverDevice(const std::string& library, const std::string& settings, double period,
+               bool light_allowed = true);
   ~DriverDevice();
   DriverDevice(const DriverDevice&) = delete;
   DriverDevice& operator=(const DriverDevice&) = delete;

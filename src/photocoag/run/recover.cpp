@@ -53,11 +53,11 @@ Treatment treatment_from(const LogContent& log) {
   }
   treatment.full_order_states =
       static_cast<std::size_t>(std::max<std::int64_t>(0, log.header.full_order_states));
-  treatment.log.totals = {.produced = log.totals.produced,
-                          .written = log.records.size(),
-                          .dropped = log.totals.produced - std::min<std::uint64_t>(
-                                                               log.totals.produced,
-                                                               log.records.size())};
+  treatment.log.totals = {
+      .produced = log.totals.produced,
+      .written = log.records.size(),
+      .dropped =
+          log.totals.produced - std::min<std::uint64_t>(log.totals.produced, log.records.size())};
   treatment.log.segments = std::max<std::int64_t>(1, log.header.segment + 1);
   if (!log.closed) treatment.log.trouble = "the log was not closed: the last 100 ms may be missing";
   return treatment;

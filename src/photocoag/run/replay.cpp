@@ -15,7 +15,9 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
 
 namespace photocoag {
@@ -50,6 +52,9 @@ class Table {
     const auto name = std::find(names_.begin(), names_.end(), column);
     if (name == names_.end()) fail(column, "no such column", "a run.csv of this version");
     return cells_[static_cast<std::size_t>(name - names_.begin())];
+  }
+  bool has(std::string_view column) const {
+    return std::find(names_.begin(), names_.end(), column) != names_.end();
   }
   double number(std::string_view column) const {
     const std::string_view cell = text(column);
@@ -103,6 +108,7 @@ std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period)
     table.line(line);
     ReplayCycle cycle;
     cycle.written = cycle.readback.power = table.number("power_W");
+    if (table.has("power_command_W")) cycle.written = table.number("power_command_W");
     const auto end = static_cast<std::int64_t>(cycles.size() + 1);
     cycle.sample.status = DeviceStatus::kGood;
     cycle.sample.volume_temperature = table.number("volume_measured_K");
@@ -129,9 +135,14 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const std::vector<ReplayCycle> cycles =
       read_replay((folder / "run.csv").string(), config.control.period);
   ModelStore models(config, use_cache);
-  const ReducedModel& model = models.reduced();
+  const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
+  const int per_period = pulses ? pulses_per_period(config) : 1;
+  const ReducedModel model =
+      pulses ? seen_by_pulses(models.reduced(), per_period) : models.reduced();
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
-  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
+  WitnessModel witness = witness_model(models.reduced(), config.estimator);
+  if (pulses) see_pulses(witness, per_period);
+  Supervisor supervisor(safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test({.samples = 64,

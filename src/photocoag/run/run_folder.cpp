@@ -7,6 +7,7 @@
 #include <cmath>
 #include <ctime>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -42,11 +43,13 @@ Json percentiles_us(std::vector<std::int64_t> ns) {
 // One row of the timing table each, and the bins themselves: [lower edge in us, count].
 void add_histograms(const CycleHistograms& histograms, Json& summary) {
   const auto add = [&summary](const std::string& name, const DurationHistogram& histogram) {
-    summary["timing"][name] = {
-        {"median", histogram.quantile_us(0.5)},  {"p99", histogram.quantile_us(0.99)},
-        {"p99.9", histogram.quantile_us(0.999)}, {"max", histogram.max_us()},
-        {"min", histogram.min_us()},             {"cycles", histogram.cycles()},
-        {"without", histogram.skipped()}};
+    summary["timing"][name] = {{"median", histogram.quantile_us(0.5)},
+                               {"p99", histogram.quantile_us(0.99)},
+                               {"p99.9", histogram.quantile_us(0.999)},
+                               {"max", histogram.max_us()},
+                               {"min", histogram.min_us()},
+                               {"cycles", histogram.cycles()},
+                               {"without", histogram.skipped()}};
     Json bins = Json::array();
     for (std::size_t k = 0; k < histogram.bins().size(); ++k) {
       if (histogram.bins()[k] > 0) bins.push_back({k, histogram.bins()[k]});
@@ -75,9 +78,11 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   numbers.limit = config.control.peak_max;
   double squares = 0.0;
   std::size_t late = 0;
+  bool truth_known = treatment.records.empty();
   double celsius = config.plant.tissue.ambient_celsius;  // of the peak, absolute
   for (const CycleRecord& record : treatment.records) {
     const double peak = record.truth.peak;
+    truth_known = truth_known || std::isfinite(peak);
     numbers.peak_true_max = std::max(numbers.peak_true_max, peak);
     numbers.peak_estimate_max = std::max(numbers.peak_estimate_max, record.estimate.outputs.peak);
     numbers.limit_violations += peak > numbers.limit ? 1 : 0;
@@ -85,6 +90,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     if (!numbers.time_to_95_percent && peak >= 0.95 * config.control.peak_reference) {
       numbers.time_to_95_percent = record.time;
     }
+    if (!std::isfinite(peak)) continue;  // a device does not tell
     const double next = config.plant.tissue.ambient_celsius + peak;
     for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
       numbers.thermal_dose[i] +=
@@ -96,6 +102,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
       ++late;
     }
   }
+  if (!truth_known) numbers.peak_true_max = std::numeric_limits<double>::quiet_NaN();
   if (late > 0) numbers.rms_error_after_50_ms = std::sqrt(squares / static_cast<double>(late));
   if (!treatment.records.empty()) {
     numbers.absorption_error_final =
@@ -121,13 +128,17 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
 
 std::string run_csv(const Treatment& treatment, bool with_choroid) {
   std::string text(kHeader);
-  text += with_choroid ? ",choroid_estimate,choroid_sigma\n" : "\n";
+  text += with_choroid ? ",choroid_estimate,choroid_sigma" : "";
+  // What a device emits may differ from what it was told; the simulated eye of this process obeys.
+  text += treatment.device ? ",power_command_W\n" : "\n";
   auto out = std::back_inserter(text);
+  const auto known = [](double value) {
+    return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+  };
   for (const CycleRecord& r : treatment.records) {
-    const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle,
-                   r.time, r.power, r.truth.volume, measured, r.estimate.outputs.volume,
-                   r.truth.peak, r.estimate.outputs.peak, r.estimate.absorption_factor,
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle, r.time,
+                   r.power, known(r.truth.volume), known(r.measured), r.estimate.outputs.volume,
+                   known(r.truth.peak), r.estimate.outputs.peak, r.estimate.absorption_factor,
                    r.estimate.absorption_sigma, r.decision.power_reference,
                    to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
                    r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),
@@ -135,6 +146,7 @@ std::string run_csv(const Treatment& treatment, bool with_choroid) {
     if (with_choroid) {
       fmt::format_to(out, ",{},{}", r.estimate.choroid_factor, r.estimate.choroid_sigma);
     }
+    if (treatment.device) fmt::format_to(out, ",{}", r.authorization.power);
     text += '\n';
   }
   return text;
@@ -219,6 +231,14 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
                       {"dropped", totals.dropped},
                       {"segments", treatment.log.segments},
                       {"alarm", trouble.empty() ? Json() : Json(trouble)}};
+  }
+  if (treatment.device) {
+    const DeviceReport& device = *treatment.device;
+    summary["device"] = {{"name", device.name},
+                         {"pulses_per_period", device.pulses_per_period},
+                         {"late_pulses", device.late_pulses},
+                         {"pulse_peak_true_max_K", device.pulse_peak_max},
+                         {"status", device.status}};
   }
   write_file(folder / "summary.json", summary.dump(2) + "\n");
 }

@@ -64,7 +64,7 @@ struct Surroundings {
   const std::atomic<bool>& stop;
   std::atomic<std::size_t>& progress;
   LogWriter* log;  ///< may be null
-  const EyeOptions& eye;
+  const EyeDeviation& eye;
 };
 
 template <Controlling C, Plant P, Supervision S>
@@ -214,8 +214,14 @@ Treatment treat(const Config& config, const ReducedModel& model, const EyeModel&
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                         const std::filesystem::path& log_folder, LogOptions log_options) {
+  if (config.photoacoustics.sampling == Sampling::kPulses) {
+    throw Error(ErrorParts{.key = "photoacoustics.sampling",
+                           .problem = "the eye in this process has no pulses",
+                           .found = "pulses",
+                           .accepted = "instant, or treat --device eye"});
+  }
   const ReducedModel& model = models.reduced();
-  const EyeOptions as_configured;
+  const EyeDeviation as_configured;
   std::optional<ReducedModel> plant;
   EyeModel eye;
   if (config.plant.model == PlantModel::kFull) {
@@ -244,7 +250,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
 }
 
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                       const EyeOptions& options) {
+                       const EyeDeviation& options) {
   const std::atomic<bool> never{false};
   std::atomic<std::size_t> progress{0};
   return treat(config, model, eye, {Pacing::kVirtualTime, never, progress, nullptr, options});

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -28,16 +29,26 @@ struct LogOutcome {
   std::string trouble;        ///< empty: complete
 };
 
+/// What only a treatment on a device knows.
+struct DeviceReport {
+  std::string name;
+  int pulses_per_period = 0;     ///< 0: it does not say
+  std::int64_t late_pulses = 0;  ///< answered after the next was due
+  double pulse_peak_max = 0.0;   ///< K, true, right after a pulse; NaN: not known
+  std::string status;            ///< the eye's own counts, as it says them
+};
+
 struct Treatment {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
-  LoopTiming timing;          ///< empty in virtual time
+  LoopTiming timing;           ///< empty in virtual time
   CycleHistograms histograms;  ///< empty in virtual time
   LogOutcome log;
   bool recovered = false;     ///< from the log of a program that ended early
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
   double wall_seconds = 0.0;  ///< of the loop alone
   std::size_t full_order_states = 0;
+  std::optional<DeviceReport> device;  ///< none: the simulated eye of this process
 };
 
 /// With safety.real_time = "enforce": throws Error unless this machine grants SCHED_FIFO and locked
@@ -58,7 +69,7 @@ struct EyeModel {
 };
 
 /// What a study does to an eye that has no key in the configuration.
-struct EyeOptions {
+struct EyeDeviation {
   double sensor_gain = 1.0;           ///< error of the calibration
   double sensor_offset = 0.0;         ///< K
   std::optional<int> delay;           ///< periods, if not what control.delay_cycles says
@@ -69,6 +80,6 @@ struct EyeOptions {
 /// One treatment in virtual time on the calling thread with models that are there already; the
 /// configuration's tissue is not looked at. Throws Error on bad settings.
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                       const EyeOptions& options = {});
+                       const EyeDeviation& options = {});
 
 }  // namespace photocoag

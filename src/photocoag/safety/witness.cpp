@@ -36,13 +36,17 @@ void Witness::doubt() noexcept {
 }
 
 void Witness::emit(double power) noexcept {
+  Lags seen{};
+  for (std::size_t i = 0; i < kWitnessModes && model_.averaged; ++i) {
+    seen[i] = model_.seen_before[i] * lag_[i] + model_.seen_power[i] * power;
+  }
   for (std::size_t i = 0; i < kWitnessModes; ++i) {
     lag_[i] = model_.decay[i] * lag_[i] + power;
     coasting_[i] = model_.decay[i] * lag_[i];
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
   for (std::size_t j = 0; j < curves(); ++j) {
-    volume_now_[j] = dot(model_.volume[j], lag_);
+    volume_now_[j] = dot(model_.volume[j], model_.averaged ? seen : lag_);
   }
 }
 

@@ -70,7 +70,7 @@ Trajectory run_once(const Config& config, const ModelPool::Models& models, std::
                     std::optional<double> first_power) {
   Config one = config;
   one.run.seed = seed;
-  EyeOptions options;
+  EyeDeviation options;
   options.first_power = first_power;
   options.self_test = false;
   return trajectory_of(simulate_eye(

@@ -1,0 +1,68 @@
+// `photocoag eye`: a simulated eye with its laser, in a process of its own.
+#include <fmt/format.h>
+#include <sys/prctl.h>
+
+#include <atomic>
+#include <cmath>
+#include <csignal>
+
+#include "commands.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/eye/eye_server.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rt/eye_device.hpp"
+#include "photocoag/run/calibration_file.hpp"
+#include "photocoag/run/device_treatment.hpp"
+
+namespace photocoag {
+namespace {
+
+std::atomic<bool> stop_eye{false};
+void request_stop(int) { stop_eye.store(true, std::memory_order_relaxed); }
+
+}  // namespace
+
+int eye_command(const EyeOptions& options) {
+  if (!options.tell.empty()) {
+    const std::string answer = tell_eye(options.socket, options.tell);
+    fmt::print("{}\n", answer);
+    return answer.starts_with("refused") ? 2 : 0;
+  }
+  const Config config = load_config(options.config, options.set);
+  const int per_period = pulses_per_period(config);
+  const std::string& own_curve = config.photoacoustics.eye_calibration;
+  const GrueneisenCurve curve(
+      load_curve(own_curve.empty() ? config.photoacoustics.calibration : own_curve));
+  FaultScript faults;
+  for (const std::string& fault : options.faults) add_faults(fault, faults);
+  const auto model = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
+  PulsedEye eye(model, config.plant.absorption_factor, curve,
+                {.pulse_period = config.photoacoustics.pulse_period,
+                 .noise = config.plant.noise * std::sqrt(static_cast<double>(per_period)),
+                 .noise_kind = config.photoacoustics.eye_noise,
+                 .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
+                 .seed = config.run.seed},
+                faults);
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  for (const int signal : {SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+  if (options.once) {
+    // Ctrl-C is the controller's business: the eye ends when it has gone, whatever way.
+    signal(SIGINT, SIG_IGN);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+  } else {
+    sigaction(SIGINT, &action, nullptr);
+    fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+    fmt::print(stderr, "eye       {} states, absorption factor {:g}, a pulse every {:g} ms; {}\n",
+               model->states(), config.plant.absorption_factor,
+               config.photoacoustics.pulse_period * 1e3, options.socket);
+  }
+  const EyeStatistics statistics = serve_eye({.socket = options.socket, .once = options.once}, eye,
+                                             faults, config.photoacoustics.pulse_period, stop_eye);
+  fmt::print(stderr, "{}", to_text(statistics));
+  return 0;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,91 @@
+// Role: simulation; laser, tissue and transducer, pulse by pulse, with a watchdog of its own. Used
+// by the eye's process, tests. Source: docs/devices.md, "The simulated eye";
+// docs/photoacoustics.md. Units: SI. Real time: fire and settle are noexcept, bounded,
+// allocation-free. Threads: one owner.
+#pragma once
+
+#include <cstdint>
+
+#include "photocoag/eye/fault_script.hpp"
+#include "photocoag/eye/pulsed_tissue.hpp"
+#include "photocoag/photoacoustics/settings.hpp"
+#include "photocoag/photoacoustics/transducer.hpp"
+#include "photocoag/rt/eye_protocol.hpp"
+
+namespace photocoag {
+
+struct PulsedEyeSettings {
+  double pulse_period = 1e-4;  ///< s
+  double noise = 0.91;         ///< K per pulse
+  PulseNoise noise_kind = PulseNoise::kTemperature;
+  bool dark_is_silent = false;               ///< in a treatment, 0 W gives no transient
+  double probe_energy = 0.5e-6;              ///< J, of a pulse at 0 W; its heat is not counted
+  double energy_fluctuation = 0.01;          ///< relative, of each pulse
+  double energy_meter = 0.002;               ///< relative error of the meter
+  double arrival_jitter = 1.5;               ///< converter samples
+  double codes_per_joule = 3000.0 / 2.6e-6;  ///< of cold tissue
+  std::uint64_t seed = 1;
+};
+
+/// What the controller's side has said before a pulse.
+struct EyeOrders {
+  double power = 0.0;        ///< W, of the running control period, if `fresh` since the last
+  bool take = false;         ///< a command is in force for this period
+  std::uint64_t tokens = 0;  ///< counted up with each command that arrives
+  bool safe_off = false;
+  int pulses_per_period = 1;
+  std::uint64_t begin = UINT64_MAX;  ///< control period of the treatment's cycle 0
+};
+
+class PulsedEye {
+ public:
+  /// Throws Error as PulsedTissue does. Allocates.
+  PulsedEye(std::shared_ptr<const FullOrderModel> model, double absorption_factor,
+            const GrueneisenCurve& curve, const PulsedEyeSettings& settings, FaultScript& faults);
+
+  /// Pulse `number`: decides the power, answers. Without a new token for two control periods, or
+  /// with the interlock open, 0 W whatever was ordered.
+  void fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders& orders,
+            PulseRecord& record) noexcept;
+  /// What the pulse does to the tissue; the truth of the pulse period after it.
+  PulseTruth settle() noexcept;
+
+  /// Cold tissue: what waiting for long does.
+  void cool() noexcept { tissue_.reset(); }
+  /// A new controller: 0 W, the operator has closed the interlock.
+  void attach() noexcept;
+  /// It has gone: 0 W.
+  void dark() noexcept;
+  bool vanished() const noexcept { return vanished_; }
+  double late_ms() const noexcept { return late_ms_; }  ///< fault T1, of the last pulse
+  /// K, normalised: what the next pulse will hear.
+  double volume_before() const noexcept { return tissue_.before().volume; }
+  std::size_t states() const noexcept { return tissue_.states(); }
+
+ private:
+  const ScriptedFault* active(EyeFault fault) const noexcept;
+  double decide_power(const EyeOrders& orders) noexcept;
+  void answer(std::uint64_t number, double energy, PulseRecord& record) noexcept;
+  void spoil(const EyeOrders& orders, PulseRecord& record) noexcept;
+
+  PulsedTissue tissue_;
+  GrueneisenCurve curve_;
+  double ambient_;
+  PulsedEyeSettings settings_;
+  FaultScript& faults_;
+  Transducer transducer_;
+  double cold_;  // Gamma(T_0)
+  double power_ = 0.0;
+  double energy_ = 0.0;  // of the pulse in flight
+  std::uint64_t number_ = 0;
+  std::uint64_t tokens_ = 0;
+  std::uint64_t pulses_without_token_ = UINT64_MAX / 2;
+  bool interlock_open_ = false;
+  bool treating_ = false;    // from its cycle 0 on
+  std::uint64_t cycle_ = 0;  // of the treatment
+  bool vanished_ = false;
+  double late_ms_ = 0.0;
+  PulseReading previous_;
+};
+
+}  // namespace photocoag

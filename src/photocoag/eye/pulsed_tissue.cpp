@@ -1,0 +1,191 @@
+#include "photocoag/eye/pulsed_tissue.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+#include "photocoag/tissue/absorption.hpp"
+
+namespace photocoag {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+// Splits cells into `groups` consecutive ones of about equal weight: the group of each cell.
+std::vector<Index> equal_groups(const VectorXd& weights, Index groups) {
+  const double total = weights.sum();
+  std::vector<Index> group(static_cast<std::size_t>(weights.size()));
+  double before = 0.0;
+  for (Index c = 0; c < weights.size(); ++c) {
+    const double middle = (before + 0.5 * weights[c]) / total;
+    group[static_cast<std::size_t>(c)] =
+        std::min(static_cast<Index>(middle * static_cast<double>(groups)), groups - 1);
+    before += weights[c];
+  }
+  return group;
+}
+
+// Rows: weighted means over each group of the cell values that a mode has. shares: the weights.
+MatrixXd group_means(const Modes& modes, const VectorXd& weights, Index groups, VectorXd& shares) {
+  const std::vector<Index> group = equal_groups(weights, groups);
+  MatrixXd rows = MatrixXd::Zero(groups, modes.size());
+  shares = VectorXd::Zero(groups);
+  for (Index c = 0; c < weights.size(); ++c) {
+    const Index g = group[static_cast<std::size_t>(c)];
+    shares[g] += weights[c];
+    rows.row(g) += weights[c] / modes.root_measure[c] * modes.vectors.row(c);
+  }
+  for (Index g = 0; g < groups; ++g) {
+    if (shares[g] > 0.0) rows.row(g) /= shares[g];
+  }
+  shares /= shares.sum();
+  return rows;
+}
+
+}  // namespace
+
+PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double pulse_period,
+                           double absorption_factor, const GrueneisenCurve& curve)
+    : model_(std::move(model)),
+      curve_(curve),
+      ambient_(model_->tissue().ambient_celsius),
+      axis_weight_(model_->peak_radial().cwiseProduct(model_->beam())),
+      spot_weight_(model_->beam().cwiseAbs2()) {
+  if (!model_->separable()) {
+    throw Error(ErrorParts{.key = "plant.tissue.layers",
+                           .problem = "the pulsed eye needs layers that conduct alike",
+                           .accepted = "no thermal data of single layers"});
+  }
+  const OutputWeights weights = model_->output_weights(absorption_factor);
+  const double absorbed = AbsorptionLaw(model_->tissue()).whole().evaluate(absorption_factor).value;
+  peak_weight_ = weights.peak;
+  volume_weight_ = weights.volume * (model_->volume_norm(absorption_factor) / absorbed);
+  prepare_modes(pulse_period);
+  if (!curve_.linear()) prepare_curved(absorption_factor);
+  state_.resize(decay_.size());
+  axis_ = spot_ = axis_mean_ = spot_mean_ = VectorXd::Zero(model_->axial().size());
+  reset();
+}
+
+void PulsedTissue::prepare_modes(double pulse_period) {
+  constexpr double kGone = 1e-12;
+  constexpr double kSlow = 1e-3;
+  const VectorXd& radial = model_->radial().rates;
+  const VectorXd& axial = model_->axial().rates;
+  active_.assign(static_cast<std::size_t>(radial.size()), 0);
+  slow_.assign(active_.size(), 0);
+  VectorXd axis = VectorXd::Zero(axial.size());
+  VectorXd spot = VectorXd::Zero(axial.size());
+  for (Index i = 0; i < radial.size(); ++i) {
+    // Rates ascend, so the modes with a state come first.
+    for (Index j = 0; j < axial.size(); ++j) {
+      const double exponent = (radial[i] + axial[j]) * pulse_period;
+      const double decay = std::exp(-exponent);
+      const double share = -std::expm1(-exponent) / exponent;
+      if (decay >= kGone) {
+        decay_.push_back(decay);
+        share_.push_back(share);
+        ++active_[static_cast<std::size_t>(i)];
+        if (decay >= kSlow) ++slow_[static_cast<std::size_t>(i)];
+      } else {
+        axis[j] += axis_weight_[i] * share;
+        spot[j] += spot_weight_[i] * share;
+      }
+    }
+  }
+  memoryless_mean_ = {.volume = volume_weight_.dot(spot), .peak = peak_weight_.dot(axis)};
+  peak_gain_ = peak_weight_.sum() * axis_weight_.sum();
+}
+
+void PulsedTissue::prepare_curved(double absorption_factor) {
+  const Modes& radial = model_->radial();
+  const Modes& axial = model_->axial();
+  // Beam power per ring of cells.
+  const VectorXd ring_power =
+      radial.to_cells(model_->beam()).cwiseProduct(radial.root_measure.cwiseAbs2());
+  ring_weight_ = group_means(radial, ring_power, kRings, ring_share_) * model_->beam().asDiagonal();
+  const std::vector<AbsorbedFraction>& cells = model_->cell_absorption();
+  VectorXd absorbed(static_cast<Index>(cells.size()));
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption_factor).value;
+  }
+  const VectorXd source = model_->axial_source(absorption_factor) * model_->input_gain();
+  depth_weight_ = group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
+  ring_profile_ = MatrixXd::Zero(axial.size(), kRings);
+  temperatures_ = MatrixXd::Zero(kDepths, kRings);
+}
+
+void PulsedTissue::reset() noexcept {
+  std::fill(state_.begin(), state_.end(), 0.0);
+  before_ = mean_ = {};
+  peak_after_ = 0.0;
+}
+
+void PulsedTissue::pulse(double energy) noexcept {
+  axis_.setZero();
+  spot_.setZero();
+  axis_mean_.setZero();
+  spot_mean_.setZero();
+  double* __restrict state = state_.data();
+  const double* __restrict decay = decay_.data();
+  const double* __restrict share = share_.data();
+  double* __restrict axis = axis_.data();
+  double* __restrict spot = spot_.data();
+  double* __restrict axis_mean = axis_mean_.data();
+  double* __restrict spot_mean = spot_mean_.data();
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const double axis_weight = axis_weight_[static_cast<Index>(i)];
+    const double spot_weight = spot_weight_[static_cast<Index>(i)];
+    const Index modes = active_[i];
+    for (Index j = 0; j < modes; ++j) {
+      const double hot = state[j] + energy;
+      const double next = decay[j] * hot;
+      const double average = share[j] * hot;
+      state[j] = next;
+      axis[j] += axis_weight * next;
+      spot[j] += spot_weight * next;
+      axis_mean[j] += axis_weight * average;
+      spot_mean[j] += spot_weight * average;
+    }
+    state += modes;
+    decay += modes;
+    share += modes;
+  }
+  peak_after_ = before_.peak + peak_gain_ * energy;
+  before_ = {.volume = volume_weight_.dot(spot_), .peak = peak_weight_.dot(axis_)};
+  mean_ = {.volume = volume_weight_.dot(spot_mean_) + memoryless_mean_.volume * energy,
+           .peak = peak_weight_.dot(axis_mean_) + memoryless_mean_.peak * energy};
+}
+
+double PulsedTissue::signal() noexcept {
+  const double mean = curve_.value(ambient_ + before_.volume);
+  if (curve_.linear()) return mean;  // the mean of the curve is the curve of the mean
+  ring_profile_.setZero();
+  const double* state = state_.data();
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const Index modes = slow_[i];
+    for (Index k = 0; k < kRings; ++k) {
+      const double weight = ring_weight_(k, static_cast<Index>(i));
+      double* __restrict profile = ring_profile_.col(k).data();
+      for (Index j = 0; j < modes; ++j) profile[j] += weight * state[j];
+    }
+    state += active_[i];
+  }
+  temperatures_.noalias() = depth_weight_.lazyProduct(ring_profile_);
+  double of_curve = 0.0;
+  double of_temperature = 0.0;
+  for (Index k = 0; k < kRings; ++k) {
+    for (Index g = 0; g < kDepths; ++g) {
+      const double share = ring_share_[k] * depth_share_[g];
+      of_curve += share * curve_.value(ambient_ + temperatures_(g, k));
+      of_temperature += share * temperatures_(g, k);
+    }
+  }
+  // Only the bend comes from the groups; the mean itself is exact.
+  return mean + of_curve - curve_.value(ambient_ + of_temperature);
+}
+
+}  // namespace photocoag

@@ -1,0 +1,28 @@
+// Role: setup; calibration curves as TOML files, and heating data as CSV. Used by `calibrate`,
+// `treat`, `eye`. Format: docs/photoacoustics.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "photocoag/photoacoustics/calibration.hpp"
+#include "photocoag/photoacoustics/curve.hpp"
+
+namespace photocoag {
+
+/// The curve of a TOML file; the water-like one if `file` is empty. Throws Error naming file, line
+/// and key.
+CurveData load_curve(const std::string& file);
+/// load_curve() of this text gives `curve` again.
+std::string to_toml(const CurveData& curve);
+
+/// Columns temperature_C, amplitude, energy_uJ, in any order; others are ignored. Throws Error
+/// naming file and line.
+std::vector<CalibrationPoint> load_heating_data(const std::string& file);
+
+/// What `calibrate --example` writes: tissue warmed evenly from 5 K below ambient to 50 K above it
+/// under the simulated transducer, through the matched filter. The same seed gives the same text.
+std::string example_heating_data(const CurveData& curve, double ambient_celsius, double noise_K,
+                                 int rows, std::uint64_t seed);
+
+}  // namespace photocoag

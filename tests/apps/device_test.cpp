@@ -1,0 +1,134 @@
+// `treat --device`, `eye` and `calibrate` as a user runs them: processes, sockets, exit codes.
+// Times are generous; where the machine itself may be too slow to treat, the test says so and
+// accepts it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "apps/program.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+// Coarse grid and few baseline pulses: these tests are about the program, not the physics.
+const std::string kCoarse =
+    " --set grid.min_cells=2000 --set run.duration_ms=120 --set photoacoustics.baseline_pulses=400";
+
+Json summary_of(const Sandbox& sandbox, const std::string& run) {
+  return Json::parse(read_all(sandbox.path(run) / "summary.json"));
+}
+
+/// The machine was too busy for a treatment in wall time: no statement about the program.
+bool too_busy(const ProgramResult& result) {
+  return result.err.find("supervisor: overrun") != std::string::npos ||
+         result.err.find("self-test") != std::string::npos;
+}
+
+TEST(TreatDevice, AnEyeOfItsOwnProcess) {
+  for (const std::string device : {"eye", "eye+socket"}) {
+    const Sandbox sandbox;
+    const ProgramResult result = sandbox.run("treat --device " + device + kCoarse + " --out run");
+    if (too_busy(result)) GTEST_SKIP() << result.err;
+    ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 3) << result.err;
+    const Json summary = summary_of(sandbox, "run");
+    EXPECT_EQ(summary["device"]["pulses_per_period"], 10);
+    EXPECT_NE(result.err.find("answered late"), std::string::npos) << "the eye's own report";
+    if (result.exit_code == 0 && summary["overruns"] == 0) {
+      EXPECT_LT(summary["peak_true_max_K"], 32.5);
+      EXPECT_GT(summary["peak_true_max_K"], 25.0);
+      EXPECT_GT(summary["device"]["pulse_peak_true_max_K"], summary["peak_true_max_K"]);
+      EXPECT_EQ(sandbox.run("replay run").exit_code, 0) << "the same powers to the last bit";
+    }
+    // What the configuration had to say for it is in the run folder.
+    EXPECT_NE(read_all(sandbox.path("run") / "config.toml").find("\"pulses\""), std::string::npos);
+    EXPECT_EQ(sandbox.run("simulate --config run/config.toml --out again").exit_code, 2);
+  }
+}
+
+TEST(TreatDevice, FaultsOfTheDeviceEndWithExitCode3) {
+  for (const std::string fault : {"M2@40", "A4@40", "A5@40*1"}) {
+    const Sandbox sandbox;
+    const ProgramResult result =
+        sandbox.run("treat --device eye --fault " + fault + kCoarse + " --out run");
+    if (too_busy(result)) continue;
+    EXPECT_EQ(result.exit_code, 3) << fault << result.err;
+    const Json summary = summary_of(sandbox, "run");
+    EXPECT_EQ(summary["safety"]["state"], "safe_stop") << fault;
+    std::istringstream lines(read_all(sandbox.path("run") / "run.csv"));
+    std::string line;
+    std::string last;
+    while (std::getline(lines, line)) last = line;
+    EXPECT_TRUE(last.ends_with(",0")) << "commanded in the end: " << last;
+  }
+}
+
+TEST(TreatDevice, WhatIsNotThereIsExitCode3AndWhatIsNotKnownIs2) {
+  const Sandbox sandbox;
+  EXPECT_EQ(sandbox.run("treat --device eye:/no/such/eye --out a" + kCoarse).exit_code, 3);
+  EXPECT_EQ(sandbox.run("treat --device driver:/no/such.so --out b" + kCoarse).exit_code, 3);
+  for (const std::string bad : {"ear", "eye:", "driver", "driver:"}) {
+    const ProgramResult result = sandbox.run("treat --device " + bad + " --out c" + kCoarse);
+    EXPECT_EQ(result.exit_code, 2) << bad;
+    EXPECT_NE(result.err.find("--device"), std::string::npos) << result.err;
+  }
+  EXPECT_EQ(sandbox.run("treat --fault M2@3 --out c" + kCoarse).exit_code, 2);
+  EXPECT_EQ(sandbox.run("treat --device eye --fault M99@3 --out d" + kCoarse).exit_code, 3);
+  const ProgramResult odd = sandbox.run("treat --device eye --out e" + kCoarse +
+                                        " --set photoacoustics.pulse_period_ms=0.3");
+  EXPECT_EQ(odd.exit_code, 2);
+  EXPECT_NE(odd.err.find("photoacoustics.pulse_period_ms"), std::string::npos);
+}
+
+TEST(TreatDevice, ADriverIsDrivenAndARealOneNeedsEnforce) {
+  const Sandbox sandbox;
+  const std::string driver = "treat --device driver:" PHOTOCOAG_EXAMPLE_DRIVER;
+  // Its lump of tissue is none of the model's: whether the supervisor lets it run to the end is its
+  // business, the folder is complete in any case.
+  const ProgramResult lump = sandbox.run(driver + " --out lump --set plant.noise_K=0" + kCoarse);
+  EXPECT_NE(lump.exit_code, 2) << lump.err;
+  const Json summary = summary_of(sandbox, "lump");
+  EXPECT_TRUE(summary["peak_true_max_K"].is_null()) << "a device does not tell";
+  EXPECT_EQ(summary["device"]["name"], "driver, example: one time constant");
+  EXPECT_FALSE(read_all(sandbox.path("lump") / "report.html").empty());
+  const ProgramResult real =
+      sandbox.run("treat --device driver:" PHOTOCOAG_REAL_DRIVER " --out real" + kCoarse);
+  EXPECT_EQ(real.exit_code, 2) << real.err;
+  EXPECT_NE(real.err.find("safety.real_time"), std::string::npos) << real.err;
+}
+
+TEST(TreatDevice, KilledControllersLeaveTheEyeDark) {
+  const Sandbox sandbox;
+  const ProgramResult result = sandbox.run("faults --kills 3 --stops 2");
+  // "late" would be the eye's own lateness as well: it counts in wall time.
+  EXPECT_NE(result.out.find("3 controllers killed, 2 stopped"), std::string::npos) << result.err;
+  EXPECT_NE(result.out.find("dark within two periods (2 ms): 5 of 5"), std::string::npos)
+      << result.out;
+}
+
+TEST(Calibrate, FromItsOwnExampleToATreatmentsCurve) {
+  const Sandbox sandbox;
+  const ProgramResult made = sandbox.run("calibrate --example heating.csv --rows 800");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  const ProgramResult fitted = sandbox.run("calibrate heating.csv --out curve.toml");
+  EXPECT_EQ(fitted.exit_code, 0) << fitted.err;
+  EXPECT_NE(fitted.out.find("800 pulses from 17 to 72 deg C"), std::string::npos) << fitted.out;
+  EXPECT_NE(fitted.out.find("degree 1"), std::string::npos);
+  const ProgramResult used = sandbox.run(
+      "treat --device eye --out run --set "
+      "photoacoustics.calibration=curve.toml" +
+      kCoarse);
+  EXPECT_TRUE(too_busy(used) || used.exit_code == 0 || used.exit_code == 3) << used.err;
+  EXPECT_EQ(sandbox.run("calibrate").exit_code, 2);
+  EXPECT_EQ(sandbox.run("calibrate no-such.csv").exit_code, 2);
+  write_all(sandbox.path("bad.csv"), "temperature_C,amplitude,energy_uJ\n20,1,2\n");
+  const ProgramResult bad = sandbox.run("calibrate bad.csv");
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.err.find("8 rows"), std::string::npos) << bad.err;
+}
+
+}  // namespace
+}  // namespace photocoag::testing

@@ -1,0 +1,90 @@
+// The reduced model and the witness with samples that are means over pulses, against pulses one by
+// one.
+#include "photocoag/run/pulse_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "photocoag/run/supervision.hpp"
+#include "support/reduced_models.hpp"
+#include "support/thrown.hpp"
+#include "support/tissues.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+TEST(PulseModel, AModeIsSeenAsPulsesSeeIt) {
+  for (const int m : {1, 2, 10}) {
+    for (const double rate : {0.1, 30.0, 2000.0, 40000.0}) {  // 1/s
+      const double period = 1e-3;
+      const double pulse_period = period / m;
+      const double decay = std::exp(-rate * period);
+      const SeenMode seen = seen_by_pulses(decay, m);
+      // x' = -rate x + u, from 0 with u = 3, then u = 2.
+      const double whole = (1.0 - decay) / rate;
+      double x = 0.0;
+      double mean = 0.0;
+      for (int p = 0; p < 2 * m; ++p) {
+        if (p >= m) mean += x / m;
+        x = (x + (p < m ? 3.0 : 2.0) * pulse_period) * std::exp(-rate * pulse_period);
+      }
+      EXPECT_NEAR(seen.before * 3.0 * whole + seen.power * 2.0 * whole, mean, 1e-9 * mean + 1e-18)
+          << m << " " << rate;
+    }
+  }
+  EXPECT_EQ(seen_by_pulses(0.0, 4).before, 0.0) << "gone before any pulse could hear it";
+}
+
+TEST(PulseModel, ModelAndWitnessFollowThePulses) {
+  constexpr double kAlpha = 0.8;
+  constexpr int kPulses = 5;
+  const ReducedModel model = coarse_model(normalized(Tissue{}));
+  // The same tissue in steps of one pulse period, for the reference.
+  ReducedModel fine = model;
+  fine.discretize(model.period / kPulses, Discretization::kZeroOrderHold);
+  ParametricMatrices at;
+  ParametricMatrices continuous = {};
+  model.evaluate(kAlpha, at);
+  fine.evaluate(kAlpha, continuous);
+  // A pulse is the continuous B times energy: from the finest steps there are.
+  ReducedModel finest = model;
+  finest.discretize(1e-10, Discretization::kZeroOrderHold);
+  ParametricMatrices instant;
+  finest.evaluate(kAlpha, instant);
+  const Eigen::VectorXd per_joule = instant.input / 1e-10;
+
+  ReducedPlant seen(seen_by_pulses(model, kPulses), kAlpha);
+  WitnessModel witness_data = witness_model(model, 0.2, 2.0);
+  see_pulses(witness_data, kPulses);
+  Witness witness(witness_data, 1e-3, 0.0);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(model.order());
+  for (const double power : {0.1, 0.1, 0.03, 0.0, 0.05}) {
+    double mean = 0.0;
+    for (int p = 0; p < kPulses; ++p) {
+      mean += Eigen::VectorXd(at.volume).dot(x) / kPulses;
+      x = Eigen::MatrixXd(fine.A_d) * (x + per_joule * (power * model.period / kPulses));
+    }
+    seen.step(power);
+    witness.emit(power);
+    // The instant of a pulse is 1e-10 s here.
+    EXPECT_NEAR(seen.outputs().volume, mean, 1e-5 * std::abs(mean) + 1e-9);
+    EXPECT_LT(witness.compare(seen.outputs().volume).outside, 1e-6) << "within all absorptions";
+    witness.learn(seen.outputs().volume);
+  }
+  EXPECT_NEAR(witness.absorption_high(), kAlpha, 0.15);
+}
+
+TEST(PulseModel, WhatCannotBeSeenIsRefused) {
+  ReducedModel euler = coarse_model({}, 1e-3, Discretization::kImplicitEuler);
+  EXPECT_NE(message_of([&] { seen_by_pulses(euler, 10); }).find("zero-order-hold"),
+            std::string::npos);
+  ReductionSettings large;
+  large.order = 8;
+  const ReducedModel eight =
+      reduce(coarse_full_model(), large, 1e-3, Discretization::kZeroOrderHold);
+  EXPECT_NE(message_of([&] { seen_by_pulses(eight, 10); }).find("model.order"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace photocoag::testing
