@@ -50,7 +50,7 @@ std::string csv(const std::vector<UnknownsResult>& all, double period) {
   return text;
 }
 
-// The cases whose names are in the legend, from the first fifth of the treatment.
+// The first fifth of the treatment.
 Figure figure(const std::vector<UnknownsResult>& all, double period) {
   const std::size_t drawn = std::max<std::size_t>(2, all.front().cycles.size() / 5);
   Figure result{.description =
@@ -67,13 +67,15 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
       const bool two = one.which.estimator.unknowns == Unknowns::kRpeAndChoroid;
       const bool default_prior = one.which.estimator.choroid_sigma_initial < 1.0;
       if (one.which.dark || (default_prior && one.which.estimator.choroid_max > 10.0) ||
-          (!two && (one.which.choroid_varies || field == &UnknownsCycle::beta))) {
+          (!two && one.which.choroid_varies)) {
         continue;
       }
-      // Filters solid, moving horizons dashed; a colour for each pair.
+      // Filters solid, moving horizons dashed; a colour for each pair, the same in every panel.
       const bool mhe = one.which.estimator.kind == EstimatorKind::kMhe;
+      const Ink ink = kInks[(next++ / 2) % std::size(kInks)];
+      if (!two && field == &UnknownsCycle::beta) continue;
       Series series{.legend = one.which.name,
-                    .ink = kInks[(next++ / 2) % std::size(kInks)],
+                    .ink = ink,
                     .dash = mhe ? Dash::kDashed : Dash::kSolid};
       for (std::size_t k = 0; k < drawn; ++k) {
         series.x.push_back(1e3 * period * static_cast<double>(k + 1));
