@@ -73,10 +73,9 @@ void print_error_report(const ReducedModel& model) {
 // One line per alpha; with two parameters one per beta, the worst of all alpha.
 void print_error_table(const ErrorReport& error) {
   const bool two = !error.choroid_factors.empty();
-  fmt::print(stderr,
-             "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
-             two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "",
-             error.duration * 1e3);
+  fmt::print(
+      stderr, "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
+      two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "", error.duration * 1e3);
   const std::vector<double>& along = two ? error.choroid_factors : error.absorption_factors;
   for (std::size_t i = 0; i < along.size();) {
     const double at = along[i];

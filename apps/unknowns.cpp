@@ -59,7 +59,7 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
                 .x_label = "time in ms",
                 .x_min = 0.0,
                 .x_max = 1e3 * period * static_cast<double>(drawn)};
-  const auto panel = [&](const char* title, double UnknownsCycle::* field, double factor) {
+  const auto panel = [&](const char* title, double UnknownsCycle::*field, double factor) {
     Panel p{.title = title, .y_min = 0.0};
     constexpr Ink kInks[] = {Ink::kSeries1, Ink::kSeries2, Ink::kSeries3, Ink::kSeries4};
     std::size_t next = 0;
@@ -74,9 +74,8 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
       const bool mhe = one.which.estimator.kind == EstimatorKind::kMhe;
       const Ink ink = kInks[(next++ / 2) % std::size(kInks)];
       if (!two && field == &UnknownsCycle::beta) continue;
-      Series series{.legend = one.which.name,
-                    .ink = ink,
-                    .dash = mhe ? Dash::kDashed : Dash::kSolid};
+      Series series{
+          .legend = one.which.name, .ink = ink, .dash = mhe ? Dash::kDashed : Dash::kSolid};
       for (std::size_t k = 0; k < drawn; ++k) {
         series.x.push_back(1e3 * period * static_cast<double>(k + 1));
         series.y.push_back(factor * one.cycles[k].*field);

@@ -154,7 +154,8 @@ const std::vector<BadOverride> kOverrides = {
      "tissue.layers: found no absorbing layer with scaled_by = \"alpha\"; accepted: at least one"},
     {{"plant.choroid_factor=1.5"},
      "plant.choroid_factor: found 1.5; accepted: 1, or an absorbing layer with scaled_by = "},
-    {{"plant.choroid_factor=0"}, "plant.choroid_factor: found 0; accepted: a number from 0.05 to 20"},
+    {{"plant.choroid_factor=0"},
+     "plant.choroid_factor: found 0; accepted: a number from 0.05 to 20"},
     {{"estimator.unknowns=rpe-and-choroid"},
      "estimator.unknowns: found rpe-and-choroid; accepted: \"rpe\", or an absorbing layer of "
      "[tissue] with scaled_by = \"beta\""},
@@ -200,7 +201,9 @@ const std::vector<BadOverride> kOverrides = {
     {{"plant.tissue.spot_radius=5"},
      "plant.tissue.spot_radius: unknown key; did you mean plant.tissue.spot_radius_um?"},
     {{"control.xyzzy=1"}, "control.xyzzy: unknown key; accepted: period_ms, horizon, "},
-    {{"xyzzy.a=1"}, "xyzzy: unknown key; accepted: control, estimator, safety, model, grid, tissue, uncertainty, plant"},
+    {{"xyzzy.a=1"},
+     "xyzzy: unknown key; accepted: control, estimator, safety, model, grid, tissue, uncertainty, "
+     "plant"},
     {{"\"control.period_ms\"=1"},
      "\"control.period_ms\": unknown key; did you mean control.period_ms?"},
     {{"a.b.c.d.e.f.g.h.i.j.k.l=1"}, "a: unknown key; accepted: "},

@@ -39,7 +39,8 @@ void collect(const Json& json, const std::string& path, std::set<std::string>& k
 TEST(ModelDocument, ListsExactlyTheFieldsOfTheFile) {
   std::set<std::string> in_file;
   // The default tissue's has a certificate; the other what is written only where it differs.
-  for (const Tissue& tissue : {Tissue{}, testing::ring_beam(testing::with_beta(testing::layered()))}) {
+  for (const Tissue& tissue :
+       {Tissue{}, testing::ring_beam(testing::with_beta(testing::layered()))}) {
     collect(Json::parse(to_json(testing::coarse_model(tissue))), "", in_file);
   }
   std::set<std::string> in_document;
@@ -87,9 +88,8 @@ TEST(ModelDocument, ItsPythonProgramComputesTheSameStepResponse) {
         reduce(testing::coarse_full_model(c.tissue), {.parameter_dependence = c.dependence}, 1e-3,
                Discretization::kZeroOrderHold);
     save_reduced_model(model, folder.file("model.json"));
-    const std::string printed =
-        output_of("python3 " + folder.file("read.py") + " " + folder.file("model.json") + " " +
-                  c.arguments + " 2>&1");
+    const std::string printed = output_of("python3 " + folder.file("read.py") + " " +
+                                          folder.file("model.json") + " " + c.arguments + " 2>&1");
     std::istringstream lines(printed);
     std::string line;
     std::getline(lines, line);

@@ -315,7 +315,8 @@ TEST(Witness, TwoUnknownsAreBoundedFromAbove) {
         EXPECT_LT(witness.compare(sample).outside, 6.0) << k;
         witness.learn(sample);
         // Between the nodes of beta the witness may be a little too low, by less than its 1 %.
-        EXPECT_GT(witness.peak_high(), 0.99 * eye.outputs().peak) << alpha << ' ' << beta << ' ' << k;
+        EXPECT_GT(witness.peak_high(), 0.99 * eye.outputs().peak)
+            << alpha << ' ' << beta << ' ' << k;
         EXPECT_LE(witness.power_for_peak(32.0), 32.0 / eye.outputs().peak) << k;
       }
       // Both have been told apart: what is held by the reference is no longer throttled.

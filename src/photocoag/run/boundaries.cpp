@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kMoved = 2e-3;  // m
 
-std::vector<Outputs> unit_response(const Tissue& tissue, const GridSettings& grid, AbsorptionFactors at,
-                                   const std::vector<double>& times) {
+std::vector<Outputs> unit_response(const Tissue& tissue, const GridSettings& grid,
+                                   AbsorptionFactors at, const std::vector<double>& times) {
   FullOrderPlant plant(std::make_shared<const FullOrderModel>(tissue, grid),
                        Discretization::kZeroOrderHold, times.front(), at, 0.0);
   return sample_step_response(plant, Discretization::kZeroOrderHold, times.front(), 1.0, times);

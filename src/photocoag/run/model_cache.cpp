@@ -24,8 +24,8 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
       fmt::format("{} {} {} {} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}",
                   source_hash(), kModelFileVersion, grid.min_cells, to_string(reduction.method),
                   to_string(reduction.refinement), reduction.order,
-                  to_string(reduction.dependence()), reduction.terms(tissue.two_parameters()), period,
-                  to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
+                  to_string(reduction.dependence()), reduction.terms(tissue.two_parameters()),
+                  period, to_string(discretization), tissue.ambient_celsius, tissue.domain_radius,
                   tissue.spot_radius, tissue.transmission, tissue.density, tissue.heat_capacity,
                   tissue.conductivity, to_string(tissue.volume_temperature), tissue.peak_layer);
   text += fmt::format(" {}", to_string(tissue.beam));

@@ -99,9 +99,9 @@ std::string run_csv(const Treatment& treatment, bool with_choroid) {
   auto out = std::back_inserter(text);
   for (const CycleRecord& r : treatment.records) {
     const std::string measured = std::isfinite(r.measured) ? fmt::format("{}", r.measured) : "";
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle,
-                   r.time, r.power, r.truth.volume, measured, r.estimate.outputs.volume,
-                   r.truth.peak, r.estimate.outputs.peak, r.estimate.absorption_factor,
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle, r.time,
+                   r.power, r.truth.volume, measured, r.estimate.outputs.volume, r.truth.peak,
+                   r.estimate.outputs.peak, r.estimate.absorption_factor,
                    r.estimate.absorption_sigma, r.decision.power_reference,
                    to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
                    r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),

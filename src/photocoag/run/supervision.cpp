@@ -67,8 +67,8 @@ WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& e
   ParametricMatrices at;
   for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
     const std::size_t own = j % witness.absorptions;
-    const double alpha = spread(estimator.absorption_min, estimator.absorption_max, own,
-                                witness.absorptions);
+    const double alpha =
+        spread(estimator.absorption_min, estimator.absorption_max, own, witness.absorptions);
     const double beta = both ? spread(estimator.choroid_min, estimator.choroid_max,
                                       j / witness.absorptions, witness.choroids)
                              : estimator.choroid_initial;

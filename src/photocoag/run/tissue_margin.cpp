@@ -69,8 +69,7 @@ double highest_peak(const Config& config, const ReducedModel& model,
   SimulatedEye<FullOrderPlant> eye(
       FullOrderPlant(eye_model, config.plant.discretization, config.control.period,
                      {alpha, config.estimator.choroid_initial}),
-      0.0, 0,
-      {.delay = config.control.delay});
+      0.0, 0, {.delay = config.control.delay});
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
   VirtualPace pace(stop);

@@ -139,9 +139,8 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
         pacing, stop, progress, treatment);
   } else {
     treatment.full_order_states = model.full_order_states;
-    run(config, model, controller,
-        ReducedPlant(models.plant_reduced(), config.plant.absorption()), pacing, stop,
-        progress, treatment);
+    run(config, model, controller, ReducedPlant(models.plant_reduced(), config.plant.absorption()),
+        pacing, stop, progress, treatment);
   }
   return treatment;
 }

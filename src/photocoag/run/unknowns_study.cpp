@@ -21,9 +21,9 @@ double square(double value) { return value * value; }
 bool at_bound(const EstimatorSettings& s, const Estimate& estimate) {
   const bool alpha = estimate.absorption_factor <= s.absorption_min ||
                      estimate.absorption_factor >= s.absorption_max;
-  const bool beta = s.unknowns == Unknowns::kRpeAndChoroid &&
-                    (estimate.choroid_factor <= s.choroid_min ||
-                     estimate.choroid_factor >= s.choroid_max);
+  const bool beta =
+      s.unknowns == Unknowns::kRpeAndChoroid &&
+      (estimate.choroid_factor <= s.choroid_min || estimate.choroid_factor >= s.choroid_max);
   return alpha || beta;
 }
 
@@ -58,10 +58,9 @@ UnknownsResult unknowns_study(const Config& config, ModelStore& models, const Un
     for (std::size_t k = 0; k < result.cycles.size(); ++k) {
       eye.step(power);
       const Outputs truth = eye.outputs();
-      const double noise =
-          config.plant.noise * standard_normal(seed + 1, k, RandomStream::kStudy);
-      const Estimate estimate = controller.observe(
-          {.volume_temperature = truth.volume + noise, .applied_power = power});
+      const double noise = config.plant.noise * standard_normal(seed + 1, k, RandomStream::kStudy);
+      const Estimate estimate =
+          controller.observe({.volume_temperature = truth.volume + noise, .applied_power = power});
       UnknownsCycle& sum = result.cycles[k];
       sum.alpha += square(estimate.absorption_factor / alpha - 1.0);
       sum.beta += square(estimate.choroid_factor / beta - 1.0);

@@ -10,23 +10,23 @@ namespace photocoag {
 
 inline constexpr std::size_t kWitnessModes = 14;
 inline constexpr std::size_t kWitnessAbsorptions = 48;  ///< alphas where beta is known
-inline constexpr std::size_t kWitnessChoroids = 9;       ///< betas where it is not, with half as
-                                                         ///< many alphas each
+inline constexpr std::size_t kWitnessChoroids = 9;      ///< betas where it is not, with half as
+                                                        ///< many alphas each
 inline constexpr std::size_t kWitnessCurves = kWitnessChoroids * kWitnessAbsorptions / 2;
 
 /// Tissue at a grid of absorption factors, as sums of first-order lags that the emitted power alone
-/// drives: s_i <- decay_i s_i + u, temperature = sum_i weight_i(alpha, beta) s_i. Curve j belongs to
-/// beta number j / absorptions and alpha number j % absorptions.
+/// drives: s_i <- decay_i s_i + u, temperature = sum_i weight_i(alpha, beta) s_i. Curve j belongs
+/// to beta number j / absorptions and alpha number j % absorptions.
 struct WitnessModel {
   using Weights = std::array<double, kWitnessModes>;
-  std::size_t absorptions = kWitnessAbsorptions;     ///< alphas, at most kWitnessAbsorptions
-  std::size_t choroids = 1;                          ///< betas, at most kWitnessChoroids
-  double memory = 0.95;                              ///< of the misfit, per sample
-  std::array<double, kWitnessModes> decay{};         ///< per period; 0 where not used
+  std::size_t absorptions = kWitnessAbsorptions;         ///< alphas, at most kWitnessAbsorptions
+  std::size_t choroids = 1;                              ///< betas, at most kWitnessChoroids
+  double memory = 0.95;                                  ///< of the misfit, per sample
+  std::array<double, kWitnessModes> decay{};             ///< per period; 0 where not used
   std::array<double, kWitnessAbsorptions> absorption{};  ///< ascending
-  std::array<Weights, kWitnessCurves> volume{};      ///< K/W per lag
-  std::array<Weights, kWitnessCurves> peak{};        ///< K/W per lag
-  std::array<double, kWitnessCurves> steady_peak{};  ///< K/W
+  std::array<Weights, kWitnessCurves> volume{};          ///< K/W per lag
+  std::array<Weights, kWitnessCurves> peak{};            ///< K/W per lag
+  std::array<double, kWitnessCurves> steady_peak{};      ///< K/W
 };
 
 /// How a sample compares with what the emitted power can have caused.
@@ -71,8 +71,8 @@ class Witness {
   /// The curves of one beta: alphas from `low` on are plausible, up to between high - 1 and high.
   struct Family {
     bool plausible = true;
-    std::size_t low = 0;  // curves
-    std::size_t high = 1;  // first one at or above the largest plausible alpha
+    std::size_t low = 0;    // curves
+    std::size_t high = 1;   // first one at or above the largest plausible alpha
     double fraction = 1.0;  // between high - 1 and high
     double at_high(double below, double above) const noexcept {
       return below + fraction * (above - below);

@@ -88,9 +88,8 @@ Trajectory run_once(const Config& config, const ModelPool::Models& models, std::
                                       config.control.period, config.plant.absorption()),
                        seed, first_power);
   }
-  return closed_loop(config, models.reduced,
-                     ReducedPlant(*models.plant, config.plant.absorption()), seed,
-                     first_power);
+  return closed_loop(config, models.reduced, ReducedPlant(*models.plant, config.plant.absorption()),
+                     seed, first_power);
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
