@@ -89,6 +89,8 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   if (!result.spots.empty()) {
     write_file((request.out / "index.html").string(),
                campaign_page(campaign, result.spots, result.full_order_states, again));
+    write_file((request.out / "tables.md").string(),
+               campaign_markdown(campaign, result.spots, result.full_order_states));
   }
   const CampaignSummary summary = summarize_campaign(result.spots);
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
@@ -106,6 +108,9 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
              100.0 * summary.probability_high);
   fmt::print(stderr, "held      {:+.3f} +- {:.3f} K from the reference; {} spots never at 95 %\n",
              summary.held_mean_K, summary.held_deviation_K, summary.never_reached);
+  if (campaign.config.safety.supervised) {
+    fmt::print(stderr, "stopped   {} spots by the supervisor\n", summary.stopped);
+  }
   fmt::print(stderr, "results   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
              (request.out / "index.html").string());
   if (!result.complete) {

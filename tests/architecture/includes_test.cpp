@@ -25,7 +25,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"mpc", {"core", "rom", "qp"}},
     {"osqp", {"core", "rom", "qp", "mpc"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
-    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report"}},
+    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report", "osqp"}},
     {"campaign",
      {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
     {"device", {}},

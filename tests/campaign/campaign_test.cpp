@@ -34,10 +34,10 @@ class CampaignTest : public ::testing::Test {
   ~CampaignTest() override { fs::remove_all(folder_); }
 
   // A small full-order grid: these tests are about bookkeeping.
-  Campaign campaign(int spots, const std::string& more = "") const {
+  Campaign campaign(int spots, const std::string& more = "", const std::string& set = "") const {
     const std::string file = (folder_ / "campaign.toml").string();
     write_file(file, "spots = " + std::to_string(spots) +
-                         "\nset = [\"run.duration_ms=20\", \"grid.min_cells=4000\"]\n" +
+                         "\nset = [\"run.duration_ms=20\", \"grid.min_cells=4000\"" + set + "]\n" +
                          "[[input]]\nkey = \"plant.absorption_factor\"\ndistribution = \"normal\"\n"
                          "mean = 0.8\nsigma = 0.2\nlow = 0.4\nhigh = 1.4\n"
                          "[[input]]\nkey = \"plant.tissue.layers.RPE.thickness_um\"\n"
@@ -136,6 +136,48 @@ TEST_F(CampaignTest, AReplayIsTheSpotToTheBit) {
   const std::vector<double> b = to_block(in_campaign);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(double)), 0);  // NaN included
+}
+
+SpotRecord first_spot(const Campaign& campaign) {
+  const SpotModels models = make_spot_models(campaign, false);
+  return SpotRunner(campaign, models).run(0);
+}
+
+double outcome(const SpotRecord& record, std::string_view name) {
+  return record.outcomes[outcome_index(name)];
+}
+
+TEST_F(CampaignTest, SpotsAreSupervisedAsTheConfigurationSays) {
+  const std::string far_off =
+      "[[input]]\nkey = \"calibration_offset_K\"\ndistribution = \"uniform\"\nlow = 20\nhigh = "
+      "21\n";
+  const SpotRecord with = first_spot(campaign(1, far_off));
+  EXPECT_EQ(outcome(with, "stopped"), 1.0);
+  EXPECT_TRUE(std::isnan(outcome(with, "held_mean_error_K")));
+  const SpotRecord without = first_spot(campaign(1, far_off, ", \"safety.supervisor=off\""));
+  EXPECT_EQ(outcome(without, "stopped"), 0.0);
+}
+
+TEST_F(CampaignTest, ALaserCanBeLaterThanTheControllerBelieves) {
+  const std::string late =
+      "[[input]]\nkey = \"delay_cycles\"\ndistribution = \"uniform\"\nlow = 0.6\nhigh = 1.4\n";
+  const std::string unsupervised = ", \"safety.supervisor=off\"";
+  const SpotRecord punctual = first_spot(campaign(1, "", unsupervised));
+  const SpotRecord unknown = first_spot(campaign(1, late, unsupervised));
+  const SpotRecord known =
+      first_spot(campaign(1, late, unsupervised + ", \"control.delay_cycles=1\""));
+  // K: believing in no delay, the controller writes the first rise's power once too often.
+  EXPECT_GT(outcome(unknown, "peak_max_K"), outcome(punctual, "peak_max_K") + 1.0);
+  EXPECT_LT(outcome(known, "peak_max_K"), outcome(punctual, "peak_max_K") + 1.0);
+}
+
+TEST_F(CampaignTest, DeclaredUncertaintyBacksOffTheControllerNotTheOutcome) {
+  const std::string off = ", \"safety.supervisor=off\", \"run.duration_ms=80\"";
+  const SpotRecord nominal = first_spot(campaign(1, "", off));
+  const SpotRecord told =
+      first_spot(campaign(1, "", off + ", \"uncertainty.spot_radius_relative=0.1\""));
+  EXPECT_LT(outcome(told, "held_mean_error_K"), outcome(nominal, "held_mean_error_K") - 0.5);
+  EXPECT_NEAR(outcome(told, "peak_max_K") - outcome(told, "over_limit_K"), 32.0, 1e-9);
 }
 
 TEST_F(CampaignTest, RefusesWhatItCannotDo) {

@@ -245,6 +245,10 @@ InputSetter::InputSetter(const Campaign& campaign, Config& config) {
       targets_.push_back({&offset_, 1.0});
       continue;
     }
+    if (input.key == kDelay) {
+      targets_.push_back({&delay_, 1.0});
+      continue;
+    }
     double* value = nullptr;
     double scale = 1.0;
     for (const Field& field : known) {
@@ -260,10 +264,15 @@ InputSetter::InputSetter(const Campaign& campaign, Config& config) {
                              .accepted = "a number of the eye, e.g. plant.absorption_factor, "
                                          "plant.noise_K, plant.tissue.spot_radius_um, "
                                          "plant.tissue.layers.RPE.thickness_um, or "
-                                         "calibration_factor, calibration_offset_K"});
+                                         "calibration_factor, calibration_offset_K, delay_cycles"});
     }
     targets_.push_back({value, scale});
   }
+}
+
+std::optional<int> InputSetter::delay() const noexcept {
+  if (!std::isfinite(delay_)) return std::nullopt;
+  return std::clamp(static_cast<int>(std::lround(delay_)), 0, 1);
 }
 
 void InputSetter::set(const std::vector<double>& values) noexcept {

@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,9 +39,12 @@ struct Campaign {
   std::string identity() const;
 };
 
-/// Factor and offset on the measured volume temperature: no keys of the configuration.
+/// Errors of the measured volume temperature (factor and offset) and the periods, rounded to 0 or
+/// 1, until a power is really emitted, whatever control.delay_cycles says: no keys of the
+/// configuration.
 inline constexpr std::string_view kCalibrationFactor = "calibration_factor";
 inline constexpr std::string_view kCalibrationOffset = "calibration_offset_K";
+inline constexpr std::string_view kDelay = "delay_cycles";
 
 /// Reads and checks everything, the configuration at all lows and at all highs included. Throws
 /// Error naming file, key, what was found and what is accepted.
@@ -58,6 +63,7 @@ class InputSetter {
   void set(const std::vector<double>& values) noexcept;
   double calibration_factor() const noexcept { return factor_; }
   double calibration_offset() const noexcept { return offset_; }
+  std::optional<int> delay() const noexcept;  ///< empty: as the controller believes
 
  private:
   struct Target {
@@ -67,6 +73,7 @@ class InputSetter {
   std::vector<Target> targets_;
   double factor_ = 1.0;
   double offset_ = 0.0;  ///< K
+  double delay_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace photocoag

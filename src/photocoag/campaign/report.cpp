@@ -90,42 +90,56 @@ std::vector<Figure> histograms(const std::vector<SpotRecord>& spots) {
                     dose[1])};
 }
 
-std::string outcome_table(const std::vector<SpotRecord>& spots) {
-  std::string html =
-      "<section><h2>Outcomes</h2><div class=\"scroll\"><table class=\"data\"><thead><tr><th>"
-      "outcome</th><th>unit</th><th>mean</th><th>st. dev.</th><th>1 %</th><th>median</th><th>99 "
-      "%</th><th>99.9 %</th><th>largest</th></tr></thead>\n";
+// A table before it is HTML or Markdown.
+struct Table {
+  std::vector<std::string> head;
+  std::vector<std::vector<std::string>> rows;
+};
+
+std::string as_html(const Table& table) {
+  std::string html = "<div class=\"scroll\"><table class=\"data\"><thead><tr>";
+  for (const std::string& cell : table.head) html += "<th>" + escape_html(cell) + "</th>";
+  html += "</tr></thead>\n";
+  for (const auto& row : table.rows) {
+    html += "<tr>";
+    for (const std::string& cell : row) html += "<td>" + escape_html(cell) + "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</table></div>";
+}
+
+std::string as_markdown(const Table& table) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    return fmt::format("| {} |\n", fmt::join(cells, " | "));
+  };
+  std::string text = line(table.head) + line(std::vector<std::string>(table.head.size(), "---"));
+  for (const auto& row : table.rows) text += line(row);
+  return text;
+}
+
+Table outcome_table(const std::vector<SpotRecord>& spots) {
+  Table table{
+      .head = {"outcome", "unit", "mean", "st. dev.", "1 %", "median", "99 %", "99.9 %", "largest"},
+      .rows = {}};
   for (const OutcomeColumn& outcome : outcome_columns()) {
     const std::vector<double> values = column(spots, outcome.name);
     const auto [mean, deviation] = mean_and_deviation(values);
-    fmt::format_to(Out(html), "<tr><td title=\"{}\">{}</td><td>{}</td>",
-                   escape_html(outcome.meaning), outcome.name, escape_html(outcome.unit));
+    std::vector<std::string> row{std::string(outcome.name), std::string(outcome.unit)};
     for (const double value :
          {mean, deviation, quantile(values, 0.01), quantile(values, 0.5), quantile(values, 0.99),
           quantile(values, 0.999), quantile(values, 1.0)}) {
-      fmt::format_to(Out(html), "<td>{}</td>", number_text(value, ""));
+      row.push_back(number_text(value, ""));
     }
-    html += "</tr>\n";
+    table.rows.push_back(std::move(row));
   }
-  return html + "</table></div></section>\n";
+  return table;
 }
 
-std::string input_table(const Campaign& campaign, const std::vector<SpotRecord>& spots) {
+// Sorted by how far the inputs of the spots with the highest peaks are from the rest.
+Table input_table(const Campaign& campaign, const std::vector<SpotRecord>& spots) {
   const std::vector<double> peak = column(spots, "over_limit_K");
   const double threshold = quantile(peak, 1.0 - kTail);
-  std::string html = fmt::format(
-      "<section><h2>Which inputs drive the risk</h2>\n<p class=\"hint\">Rank correlation of each "
-      "input with the highest peak over all spots, and how far its mean among the {:g} % of spots "
-      "with the highest peaks is from its mean over all, in standard deviations. Sorted by the "
-      "latter.</p>\n<div class=\"scroll\"><table class=\"data\"><thead><tr><th>input</th><th>unit"
-      "</th><th>mean</th><th>st. dev.</th><th>rank correlation</th><th>mean in the tail</th><th>"
-      "shift, st. dev.</th></tr></thead>\n",
-      100.0 * kTail);
-  struct Row {
-    double shift;
-    std::string html;
-  };
-  std::vector<Row> rows;
+  std::vector<std::pair<double, std::vector<std::string>>> rows;
   for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {
     const std::vector<double> values = input_column(spots, i);
     std::vector<double> tail;
@@ -135,18 +149,20 @@ std::string input_table(const Campaign& campaign, const std::vector<SpotRecord>&
     const auto [mean, deviation] = mean_and_deviation(values);
     const double tail_mean = mean_and_deviation(tail).first;
     const double shift = deviation > 0.0 ? (tail_mean - mean) / deviation : 0.0;
+    const std::string& key = campaign.inputs[i].key;
     rows.push_back(
-        {shift, fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:+.2f}</td>"
-                            "<td>{}</td><td>{:+.2f}</td></tr>\n",
-                            escape_html(campaign.inputs[i].key), input_unit(campaign.inputs[i].key),
-                            number_text(mean, ""), number_text(deviation, ""),
-                            rank_correlation(values, peak), number_text(tail_mean, ""), shift)});
+        {std::abs(shift),
+         {key, std::string(input_unit(key)), number_text(mean, ""), number_text(deviation, ""),
+          fmt::format("{:+.2f}", rank_correlation(values, peak)), number_text(tail_mean, ""),
+          fmt::format("{:+.2f}", shift)}});
   }
-  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
-    return std::abs(a.shift) > std::abs(b.shift);
-  });
-  for (const Row& row : rows) html += row.html;
-  return html + "</table></div></section>\n";
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  Table table{.head = {"input", "unit", "mean", "st. dev.", "rank correlation", "mean in the tail",
+                       "shift, st. dev."},
+              .rows = {}};
+  for (auto& [shift, row] : rows) table.rows.push_back(std::move(row));
+  return table;
 }
 
 std::string worst_table(const Campaign& campaign, const std::vector<SpotRecord>& spots,
@@ -200,6 +216,7 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots) {
     std::tie(summary.probability_low, summary.probability_high) =
         binomial_interval(summary.violations, summary.spots);
   }
+  for (const double stopped : column(spots, "stopped")) summary.stopped += stopped > 0.0 ? 1 : 0;
   std::tie(summary.held_mean_K, summary.held_deviation_K) =
       mean_and_deviation(column(spots, "held_mean_error_K"));
   return summary;
@@ -236,7 +253,8 @@ std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord
                     "best published system (von der Burchard et al.)");
   html +=
       page_tile("Time to 95 %", number_text(quantile(column(spots, "time_to_95_ms"), 0.5), "ms"),
-                fmt::format("median; never in {} spots", summary.never_reached));
+                fmt::format("median; never in {} spots; {} stopped by the supervisor",
+                            summary.never_reached, summary.stopped));
   html += page_tile(
       "Error of alpha",
       number_text(mean_and_deviation(column(spots, "absorption_error_percent")).second, "%"),
@@ -250,7 +268,12 @@ std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord
       "</div><p class=\"hint\">Each from the 0.1 % to the 99.9 % quantile; what lies outside is in "
       "the outer bins.</p></section>\n";
   html += worst_table(campaign, spots, replay);
-  html += input_table(campaign, spots) + outcome_table(spots);
+  html += fmt::format(
+      "<section><h2>Which inputs drive the risk</h2>\n<p class=\"hint\">Rank correlation of each "
+      "input with the highest peak over all spots, and how far its mean among the {:g} % of spots "
+      "with the highest peaks is from its mean over all, in standard deviations. Sorted by the "
+      "latter.</p>\n{}</section>\n<section><h2>Outcomes</h2>{}</section>\n",
+      100.0 * kTail, as_html(input_table(campaign, spots)), as_html(outcome_table(spots)));
   fmt::format_to(Out(html),
                  "<section><details><summary>Campaign file</summary><pre "
                  "class=\"config\"><code>{}</code></pre></details>\n<details><summary>"
@@ -258,6 +281,26 @@ std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord
                  "</section>\n",
                  escape_html(campaign.text), escape_html(to_toml(campaign.config)));
   return html + page_end();
+}
+
+std::string campaign_markdown(const Campaign& campaign, const std::vector<SpotRecord>& spots,
+                              std::size_t full_order_states) {
+  const CampaignSummary summary = summarize_campaign(spots);
+  return fmt::format(
+      "{} spots, {}; the limit is exceeded in {}: {:.3g} %, 95 % interval {:.3g} to {:.3g} %. Held "
+      "temperature {:+.3f} ± {:.3f} K from the reference; {} spots never reach 95 % of it; {} are "
+      "stopped by the supervisor{}.\n\n{}\nInputs that drive the tail (the {:g} % of spots with "
+      "the "
+      "highest peaks):\n\n{}",
+      summary.spots,
+      campaign.config.plant.model == PlantModel::kFull
+          ? fmt::format("full-order eyes of {} states", full_order_states)
+          : std::string("reduced eyes"),
+      summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
+      100.0 * summary.probability_high, summary.held_mean_K, summary.held_deviation_K,
+      summary.never_reached, summary.stopped,
+      campaign.config.safety.supervised ? "" : " (there is none)",
+      as_markdown(outcome_table(spots)), 100.0 * kTail, as_markdown(input_table(campaign, spots)));
 }
 
 }  // namespace photocoag

@@ -18,6 +18,7 @@ struct CampaignSummary {
   double probability_high = 0.0;
   double held_mean_K = 0.0;  ///< over the spots: true peak minus reference after 50 ms
   double held_deviation_K = 0.0;
+  std::uint64_t stopped = 0;        ///< spots that the supervisor ended early
   std::uint64_t never_reached = 0;  ///< spots that never got to 95 % of the reference
 };
 CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots);
@@ -25,5 +26,9 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots);
 /// `replay`: the command up to the number of the spot. Throws Error if gnuplot fails.
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,
                           std::size_t full_order_states, const std::string& replay);
+
+/// The same figures as Markdown: one line of summary, then the tables of outcomes and inputs.
+std::string campaign_markdown(const Campaign& campaign, const std::vector<SpotRecord>& spots,
+                              std::size_t full_order_states);
 
 }  // namespace photocoag

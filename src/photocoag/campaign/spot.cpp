@@ -6,8 +6,6 @@
 
 #include "photocoag/campaign/standing_grid.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 
@@ -57,12 +55,13 @@ const std::vector<OutcomeColumn>& outcome_columns() {
       {"over_limit_K", "K", "peak_max_K over the limit; positive: the limit was exceeded"},
       {"over_limit_cycles", "1", "cycles with the true peak over the limit"},
       {"time_to_95_ms", "ms", "end of the first cycle at 95 % of the reference; NaN: never"},
-      {"held_mean_error_K", "K", "mean of true peak minus reference after 50 ms"},
-      {"held_std_K", "K", "standard deviation of the true peak after 50 ms"},
+      {"held_mean_error_K", "K", "mean of true peak minus reference after 50 ms; NaN: stopped"},
+      {"held_std_K", "K", "standard deviation of the true peak after 50 ms; NaN: stopped"},
       {"absorption_error_percent", "%", "final estimate of the absorption factor over truth, - 1"},
       {"dose_schlott_2012", "1", "Arrhenius integral at the peak, visible lesion at 1"},
       {"dose_welch_polhamus", "1", "Arrhenius integral at the peak, damage at 1"},
-      {"unsolved_cycles", "1", "cycles without an answer of the solver"}};
+      {"unsolved_cycles", "1", "cycles without an answer of the solver"},
+      {"stopped", "1", "1: ended early by the supervisor"}};
   return columns;
 }
 
@@ -78,6 +77,9 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
   SpotModels models;
   ModelStore store(campaign.config, use_cache);
   models.controller = store.reduced();
+  if (campaign.config.uncertainty.declared()) {
+    models.margin = tissue_margin(campaign.config, models.controller);
+  }
   if (campaign.config.plant.model == PlantModel::kReduced) {
     for (const CampaignInput& input : campaign.inputs) {
       if (!is_of_tissue(input)) continue;
@@ -115,34 +117,6 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
 SpotRunner::SpotRunner(const Campaign& campaign, const SpotModels& models)
     : campaign_(campaign), models_(models), config_(campaign.config), setter_(campaign, config_) {}
 
-template <typename P>
-void SpotRunner::close_loop(P plant) {
-  Controller controller(models_.controller, config_.control, config_.estimator);
-  SimulatedEye<P> eye(
-      std::move(plant), config_.plant.noise, config_.run.seed,
-      {.delay = config_.control.delay,
-       .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing});
-  treatment_.records.resize(config_.cycles());
-  treatment_.outcome = {.cycles = config_.cycles()};
-  Decision decision = controller.decide();
-  for (std::size_t cycle = 0; cycle < treatment_.records.size(); ++cycle) {
-    eye.write(decision.power);
-    Reading reading = eye.advance(cycle);
-    // The sensor's error: the noise is not scaled by it.
-    reading.sample.volume_temperature +=
-        (setter_.calibration_factor() - 1.0) * reading.truth.volume + setter_.calibration_offset();
-    treatment_.records[cycle] = {.cycle = static_cast<std::int64_t>(cycle),
-                                 .time = static_cast<double>(cycle + 1) * config_.control.period,
-                                 .power = reading.sample.applied_power,
-                                 .truth = reading.truth,
-                                 .measured = reading.sample.volume_temperature,
-                                 .estimate = controller.observe(reading.sample),
-                                 .decision = decision,
-                                 .overrun = false};
-    decision = controller.decide();
-  }
-}
-
 SpotRecord SpotRunner::run(std::uint64_t spot) {
   SpotRecord record{.spot = spot,
                     .noise_seed = noise_seed(campaign_, spot),
@@ -151,19 +125,23 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
   setter_.set(record.inputs);
   config_.run.seed = record.noise_seed;
   config_.plant.tissue_differs = !(config_.plant.tissue == config_.tissue);
+  EyeModel eye{.full = nullptr, .reduced = models_.reduced_eye.get()};
   if (models_.standing) {
     Tissue tissue = config_.plant.tissue;
     stretch(tissue, models_.depth);
-    const auto full = std::make_shared<const FullOrderModel>(*models_.standing, tissue);
-    treatment_.full_order_states = full->states();
-    close_loop(FullOrderPlant(full, config_.plant.discretization, config_.control.period,
-                              config_.plant.absorption()));
-  } else {
-    treatment_.full_order_states = models_.reduced_eye->full_order_states;
-    close_loop(ReducedPlant(*models_.reduced_eye, config_.plant.absorption()));
+    eye.full = std::make_shared<const FullOrderModel>(*models_.standing, tissue);
   }
+  // Backed off or not, the outcomes are those against the reference and the limit asked for.
+  const Config& believed = models_.margin ? backed_off(config_, *models_.margin) : config_;
+  treatment_ = simulate_eye(believed, models_.controller, eye,
+                            {.sensor_gain = setter_.calibration_factor(),
+                             .sensor_offset = setter_.calibration_offset(),
+                             .delay = setter_.delay(),
+                             .first_power = std::nullopt,
+                             .self_test = false});
 
   const RunSummaryNumbers numbers = summarize(config_, treatment_);
+  const bool stopped = treatment_.outcome.stopped;
   const double reference = config_.control.peak_reference;
   double late = 0.0;
   double sum = 0.0;
@@ -171,7 +149,7 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
   double unsolved = 0.0;
   for (const CycleRecord& cycle : treatment_.records) {
     unsolved += cycle.decision.status == MpcStatus::kFailed ? 1.0 : 0.0;
-    if (cycle.time <= 0.05) continue;
+    if (cycle.time <= 0.05 || stopped) continue;
     const double error = cycle.truth.peak - reference;
     late += 1.0;
     sum += error;
@@ -189,7 +167,8 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                      100.0 * numbers.absorption_error_final,
                      numbers.thermal_dose[0],
                      numbers.thermal_dose[1],
-                     unsolved};
+                     unsolved,
+                     stopped ? 1.0 : 0.0};
   return record;
 }
 

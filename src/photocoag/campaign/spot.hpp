@@ -5,12 +5,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "photocoag/campaign/campaign_file.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
+#include "photocoag/run/tissue_margin.hpp"
 #include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
@@ -40,7 +42,8 @@ struct SpotModels {
   ReducedModel controller;
   std::shared_ptr<const FullOrderModel> standing;  ///< null: the eye is reduced
   std::unique_ptr<ReducedModel> reduced_eye;
-  double depth = 0.0;  ///< m, of the standing grid
+  double depth = 0.0;                  ///< m, of the standing grid
+  std::optional<TissueMargin> margin;  ///< if the configuration declares [uncertainty]
 };
 
 /// Throws Error if the campaign's inputs do not fit its eye (tissue keys with a reduced one,
@@ -57,9 +60,6 @@ class SpotRunner {
   const Config& config() const noexcept { return config_; }
 
  private:
-  template <typename P>
-  void close_loop(P plant);
-
   const Campaign& campaign_;
   const SpotModels& models_;
   Config config_;  // in place: the setter points into it

@@ -61,6 +61,10 @@ class BasicController {
     state_ = filter_.state();
   }
 
+  /// The first decision is this power, W, whatever the solver finds: the paper's experiments begin
+  /// with a step of 20 mW, after which there is a first sample. Passes the gate as any other.
+  void start_with(double power) noexcept { first_power_ = power; }
+
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
   Estimate observe(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
@@ -84,6 +88,7 @@ class BasicController {
                         ? mpc_.planned(stage)
                         : 0.0;
     }
+    if (decisions_ == 0 && first_power_) last_.power = *first_power_;
     ++decisions_;
     const GateResult passed = gate(last_.power, power_max_);
     previous_power_ = passed.power;
@@ -145,6 +150,7 @@ class BasicController {
   double power_max_;
   double previous_power_ = 0.0;  // applied
   double pending_power_ = 0.0;   // decided last
+  std::optional<double> first_power_;
   long long cycle_ = 0;
   long long decisions_ = 0;
   MpcResult last_;

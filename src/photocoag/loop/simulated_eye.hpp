@@ -18,17 +18,19 @@ struct Reading {
   Outputs truth;
 };
 
-struct EyeTiming {
+struct EyeSettings {
   int delay = 0;                ///< periods until a written power is emitted, 0 or 1
   bool dark_is_silent = false;  ///< a period without power gives no sample
+  double sensor_gain = 1.0;     ///< 1: the calibration is right. The noise is not scaled by it
+  double sensor_offset = 0.0;   ///< K
 };
 
 template <Plant P>
 class SimulatedEye {
  public:
   /// noise: K, standard deviation of the sample; drawn from (seed, cycle) alone.
-  SimulatedEye(P plant, double noise, std::uint64_t seed, EyeTiming timing = {})
-      : plant_(std::move(plant)), noise_(noise), seed_(seed), timing_(timing) {}
+  SimulatedEye(P plant, double noise, std::uint64_t seed, EyeSettings settings = {})
+      : plant_(std::move(plant)), noise_(noise), seed_(seed), settings_(settings) {}
 
   /// The laser's new power, W. Feeds its watchdog.
   void write(double power) noexcept {
@@ -41,14 +43,14 @@ class SimulatedEye {
   Reading advance(std::uint64_t cycle) noexcept {
     if (periods_since_write_ >= 2) power_ = 0.0;
     ++periods_since_write_;
-    const double emitted = timing_.delay == 0 ? power_ : delayed_power_;
+    const double emitted = settings_.delay == 0 ? power_ : delayed_power_;
     delayed_power_ = power_;
     plant_.step(emitted);
     const Outputs truth = plant_.outputs();
     const double noise = noise_ * standard_normal(seed_, cycle, RandomStream::kMeasurementNoise);
-    const bool silent = timing_.dark_is_silent && emitted == 0.0;
-    return {.sample = {.volume_temperature =
-                           silent ? Sample{}.volume_temperature : truth.volume + noise,
+    const bool silent = settings_.dark_is_silent && emitted == 0.0;
+    const double seen = settings_.sensor_gain * truth.volume + settings_.sensor_offset + noise;
+    return {.sample = {.volume_temperature = silent ? Sample{}.volume_temperature : seen,
                        .applied_power = emitted},
             .truth = truth};
   }
@@ -57,7 +59,7 @@ class SimulatedEye {
   P plant_;
   double noise_;
   std::uint64_t seed_;
-  EyeTiming timing_;
+  EyeSettings settings_;
   double power_ = 0.0;
   double delayed_power_ = 0.0;  // written one period ago
   int periods_since_write_ = 0;

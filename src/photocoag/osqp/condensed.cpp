@@ -16,12 +16,14 @@ constexpr double kPivot = 1e-14;  // as in DenseSolver: below, H is not definite
 // lies up to this factor (tests/qp, the exam at 1e-6).
 constexpr double kRoom = 100.0;
 
-bool positive_definite(const InputMatrix& hessian) noexcept {
+// `least` becomes the least squared pivot if that is smaller.
+bool positive_definite(const InputMatrix& hessian, double& least) noexcept {
   const Eigen::LLT<InputMatrix> factor(hessian);
   if (factor.info() != Eigen::Success) return false;
   for (int k = 0; k < hessian.rows(); ++k) {
     const double pivot = factor.matrixLLT()(k, k);
     if (!(pivot * pivot > kPivot * hessian(k, k))) return false;
+    least = std::min(least, pivot * pivot);
   }
   return true;
 }
@@ -76,13 +78,15 @@ QpStatus CondensedOsqp::solve(const QpProblem& problem, QpSolution& solution) no
   return status;
 }
 
-// The problem with rows over their scales and the objective over its largest curvature.
+// The problem with rows over their scales and the objective over its least pivot, so that OSQP's
+// absolute residual bounds the error of the power in every direction.
 bool CondensedOsqp::fill(const QpProblem& problem) noexcept {
-  if (!positive_definite(problem.hessian)) return false;
+  double least_curvature = std::numeric_limits<double>::infinity();
+  if (!positive_definite(problem.hessian, least_curvature)) return false;
   const int n = inputs_;
   const int m = rows_;
   SparseProblem& qp = workspace_.problem();
-  objective_scale_ = 1.0 / problem.hessian.diagonal().maxCoeff();
+  objective_scale_ = 1.0 / least_curvature;
   double* P = qp.P.value.data();
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i <= j; ++i) *P++ = problem.hessian(i, j) * objective_scale_;

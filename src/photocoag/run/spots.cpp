@@ -7,10 +7,7 @@
 #include <thread>
 
 #include "photocoag/core/random.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/paced_eye.hpp"
-#include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -38,20 +35,11 @@ Tissue random_tissue(const Config& config, std::uint64_t seed) {
 SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
                        const std::shared_ptr<const FullOrderModel>& eye_model, double alpha,
                        double limit, std::uint64_t seed) {
-  Controller controller(model, config.control, config.estimator);
-  SimulatedEye<FullOrderPlant> eye(
-      FullOrderPlant(eye_model, config.plant.discretization, config.control.period,
-                     {alpha, config.plant.choroid_factor}),
-      config.plant.noise, seed,
-      {.delay = config.control.delay,
-       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
-  const std::atomic<bool> stop{false};
-  std::atomic<std::size_t> cycles{0};
-  VirtualPace pace(stop);
-  std::vector<CycleRecord> records(config.cycles());
-  PacedEye device(eye, pace, config.control.period);
-  Unsupervised none;
-  run_loop(controller, device, none, config.control.period, std::span(records), cycles);
+  Config one = config;
+  one.run.seed = seed;
+  one.plant.absorption_factor = alpha;
+  one.safety.supervised = false;
+  const Treatment treatment = simulate_eye(one, model, {.full = eye_model});
 
   const double reference = config.control.peak_reference;
   SpotOutcome outcome{.alpha = alpha, .time_to_95_percent = config.run.duration};
@@ -59,7 +47,7 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
   double sum = 0.0;
   double squares = 0.0;
   std::size_t late = 0;
-  for (const CycleRecord& record : records) {
+  for (const CycleRecord& record : treatment.records) {
     const double peak = record.truth.peak;
     outcome.peak_max = std::max(outcome.peak_max, peak);
     outcome.violations += peak > limit ? 1 : 0;
@@ -76,7 +64,7 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
     outcome.held_mean = sum / static_cast<double>(late);
     outcome.rms_error = std::sqrt(squares / static_cast<double>(late));
   }
-  outcome.absorption_error = records.back().estimate.absorption_factor / alpha - 1.0;
+  outcome.absorption_error = treatment.records.back().estimate.absorption_factor / alpha - 1.0;
   return outcome;
 }
 

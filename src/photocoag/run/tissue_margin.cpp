@@ -4,15 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <memory>
 #include <vector>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/paced_eye.hpp"
-#include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -65,20 +61,15 @@ void change(Tissue& tissue, const Quantity& quantity, int direction) {
 // The highest true peak of a treatment, with the filter's deviations at that moment on top.
 double highest_peak(const Config& config, const ReducedModel& model,
                     const std::shared_ptr<const FullOrderModel>& eye_model, double alpha) {
-  Controller controller(model, config.control, config.estimator);
-  SimulatedEye<FullOrderPlant> eye(
-      FullOrderPlant(eye_model, config.plant.discretization, config.control.period,
-                     {alpha, config.estimator.choroid_initial}),
-      0.0, 0, {.delay = config.control.delay});
-  const std::atomic<bool> stop{false};
-  std::atomic<std::size_t> progress{0};
-  VirtualPace pace(stop);
-  std::vector<CycleRecord> records(config.cycles());
-  PacedEye device(eye, pace, config.control.period);
-  Unsupervised none;
-  run_loop(controller, device, none, config.control.period, std::span(records), progress);
+  Config quiet = config;
+  quiet.plant.absorption_factor = alpha;
+  quiet.plant.choroid_factor = config.estimator.choroid_initial;
+  quiet.plant.noise = 0.0;
+  quiet.plant.zero_power_sample = ZeroPowerSample::kMeasured;
+  quiet.safety.supervised = false;
+  const Treatment treatment = simulate_eye(quiet, model, {.full = eye_model});
   double highest = 0.0;
-  for (const CycleRecord& record : records) {
+  for (const CycleRecord& record : treatment.records) {
     // Before the first sample the deviation is that of alpha's initial value, not of this eye.
     const double sigma = record.cycle == 0 ? 0.0 : record.estimate.peak_sigma;
     highest = std::max(highest, record.truth.peak + config.control.robust_sigma * sigma);

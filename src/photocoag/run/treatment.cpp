@@ -45,6 +45,15 @@ SelfTestReport self_test(SimulatedEye<P> eye, int delay) {
   return report;
 }
 
+SelfTestReport passed_self_test(const Config& config) {
+  return {.samples = 64,
+          .sigma = config.plant.noise,
+          .watchdog_tripped = true,
+          .model_matches = true,
+          .solver_exact = true,
+          .log_has_room = true};
+}
+
 template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
                Pacing pacing, const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
@@ -74,19 +83,25 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 }
 
 template <Controlling C, Plant P>
-void run(const Config& config, const ReducedModel& model, C& controller, P plant, Pacing pacing,
-         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress, Treatment& treatment) {
-  EyeTiming timing{.delay = config.control.delay};
-  const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed, timing);
-  timing.dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing;
-  SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed, timing);
+void run(const Config& config, const ReducedModel& model, C& controller, P plant,
+         const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
+         std::atomic<std::size_t>& progress, Treatment& treatment) {
+  const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed,
+                             {.delay = config.control.delay});
+  SimulatedEye<P> eye(
+      std::move(plant), config.plant.noise, config.run.seed,
+      {.delay = options.delay.value_or(config.control.delay),
+       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
+       .sensor_gain = options.sensor_gain,
+       .sensor_offset = options.sensor_offset});
   if (!config.safety.supervised) {
     Unsupervised none;
     return run_under(none, config, controller, eye, pacing, stop, progress, treatment);
   }
   Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
   supervisor.power_on();
-  const SelfTestReport report = self_test(cold, config.control.delay);
+  const SelfTestReport report =
+      options.self_test ? self_test(cold, config.control.delay) : passed_self_test(config);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw Error(ErrorParts{
         .where = "self-test",
@@ -118,9 +133,9 @@ void require_real_time(const Config& config) {
 namespace {
 
 template <PredictiveController M>
-Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
-                     const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
-  const ReducedModel& model = models.reduced();
+Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                     const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
+                     std::atomic<std::size_t>& progress) {
   // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
   // and memory warm.
   std::optional<BasicController<M>> place;
@@ -128,33 +143,32 @@ Treatment treat_with(const Config& config, ModelStore& models, Pacing pacing,
   place->decide();
   place->step({.volume_temperature = 0.0, .applied_power = 0.0});
   BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
+  if (options.first_power) controller.start_with(*options.first_power);
   Treatment treatment;
   treatment.records.resize(config.cycles());
-  if (config.plant.model == PlantModel::kFull) {
-    const auto full = models.plant_full();
-    treatment.full_order_states = full->states();
+  if (eye.full) {
+    treatment.full_order_states = eye.full->states();
     run(config, model, controller,
-        FullOrderPlant(full, config.plant.discretization, config.control.period,
+        FullOrderPlant(eye.full, config.plant.discretization, config.control.period,
                        config.plant.absorption()),
-        pacing, stop, progress, treatment);
+        options, pacing, stop, progress, treatment);
   } else {
-    treatment.full_order_states = model.full_order_states;
-    run(config, model, controller, ReducedPlant(models.plant_reduced(), config.plant.absorption()),
-        pacing, stop, progress, treatment);
+    treatment.full_order_states = eye.reduced->full_order_states;
+    run(config, model, controller, ReducedPlant(*eye.reduced, config.plant.absorption()),
+        options, pacing, stop, progress, treatment);
   }
   return treatment;
 }
 
-}  // namespace
-
-Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
-                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+Treatment treat(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                const EyeOptions& options, Pacing pacing, const std::atomic<bool>& stop,
+                std::atomic<std::size_t>& progress) {
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
-    return treat_with<SparseOsqpController>(config, models, pacing, stop, progress);
+    return treat_with<SparseOsqpController>(config, model, eye, options, pacing, stop, progress);
   }
   if (config.control.solver == SolverKind::kOsqpCondensed) {
-    return treat_with<CondensedOsqpController>(config, models, pacing, stop, progress);
+    return treat_with<CondensedOsqpController>(config, model, eye, options, pacing, stop, progress);
   }
 #endif
   if (config.control.solver != SolverKind::kDense) {
@@ -163,7 +177,27 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                  .found = "a solver that needs it",
                  .accepted = "dense"});
   }
-  return treat_with<ModelPredictiveController<DenseSolver>>(config, models, pacing, stop, progress);
+  return treat_with<ModelPredictiveController<DenseSolver>>(config, model, eye, options, pacing,
+                                                            stop, progress);
+}
+
+}  // namespace
+
+Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
+                        const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
+  const ReducedModel& model = models.reduced();
+  if (config.plant.model == PlantModel::kFull) {
+    return treat(config, model, {.full = models.plant_full()}, {}, pacing, stop, progress);
+  }
+  const ReducedModel plant = models.plant_reduced();
+  return treat(config, model, {.full = nullptr, .reduced = &plant}, {}, pacing, stop, progress);
+}
+
+Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                       const EyeOptions& options) {
+  const std::atomic<bool> never{false};
+  std::atomic<std::size_t> progress{0};
+  return treat(config, model, eye, options, Pacing::kVirtualTime, never, progress);
 }
 
 }  // namespace photocoag

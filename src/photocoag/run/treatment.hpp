@@ -1,9 +1,12 @@
 // Role: the program's main job; one closed-loop treatment of a simulated eye from a configuration.
-// Used by `treat`, `simulate`, tests. Units: SI.
+// Used by `treat`, `simulate`, spots, margins, studies, campaigns: whatever closes the loop on a
+// simulated eye does it here, with any solver and estimator, supervised or not. Units: SI.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,5 +37,25 @@ void require_real_time(const Config& config);
 /// Throws Error before the loop only.
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress);
+
+/// The simulated eye's physics, one of the two.
+struct EyeModel {
+  std::shared_ptr<const FullOrderModel> full;
+  const ReducedModel* reduced = nullptr;
+};
+
+/// What a study does to an eye that has no key in the configuration.
+struct EyeOptions {
+  double sensor_gain = 1.0;           ///< error of the calibration
+  double sensor_offset = 0.0;         ///< K
+  std::optional<int> delay;           ///< periods, if not what control.delay_cycles says
+  std::optional<double> first_power;  ///< W, instead of the first decision
+  bool self_test = true;              ///< false: taken as passed (thousands of eyes)
+};
+
+/// One treatment in virtual time on the calling thread with models that are there already; the
+/// configuration's tissue is not looked at. Throws Error on bad settings.
+Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                       const EyeOptions& options = {});
 
 }  // namespace photocoag

@@ -121,6 +121,9 @@ Figure timing_figure(const StudyOutcome& outcome) {
   };
   add("the paper's OSQP", Ink::kMuted);
   add("dense", Ink::kSeries1);
+  if (find(outcome.results, fmt::format("osqp_n{}", outcome.study.horizons.front())) != nullptr) {
+    add("osqp", Ink::kSeries2);
+  }
   figure.panels = {std::move(panel)};
   return figure;
 }

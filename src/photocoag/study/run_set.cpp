@@ -8,10 +8,9 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -28,30 +27,17 @@ std::string key_of(Config config) {
   return config_sha256(config);
 }
 
-template <Plant P>
-Trajectory closed_loop(const Config& config, const ReducedModel& model, P plant, std::uint64_t seed,
-                       std::optional<double> first_power) {
-  Controller controller(model, config.control, config.estimator);
-  SimulatedEye<P> eye(
-      std::move(plant), config.plant.noise, seed,
-      {.delay = config.control.delay,
-       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing});
+Trajectory trajectory_of(const Treatment& treatment) {
   Trajectory out;
-  Decision decision = controller.decide();
-  if (first_power) decision.power = *first_power;
-  for (std::size_t cycle = 0; cycle < config.cycles(); ++cycle) {
-    eye.write(decision.power);
-    const Reading reading = eye.advance(cycle);
-    const Estimate estimate = controller.observe(reading.sample);
-    out.time_ms.push_back(static_cast<double>(cycle + 1) * config.control.period * 1e3);
-    out.peak_K.push_back(reading.truth.peak);
-    out.peak_estimate_K.push_back(estimate.outputs.peak);
-    out.volume_K.push_back(reading.truth.volume);
-    out.measured_K.push_back(reading.sample.volume_temperature);
-    out.power_mW.push_back(reading.sample.applied_power * 1e3);
-    out.power_reference_mW.push_back(decision.power_reference * 1e3);
-    out.absorption_factor.push_back(estimate.absorption_factor);
-    decision = controller.decide();
+  for (const CycleRecord& record : treatment.records) {
+    out.time_ms.push_back(record.time * 1e3);
+    out.peak_K.push_back(record.truth.peak);
+    out.peak_estimate_K.push_back(record.estimate.outputs.peak);
+    out.volume_K.push_back(record.truth.volume);
+    out.measured_K.push_back(record.measured);
+    out.power_mW.push_back(record.power * 1e3);
+    out.power_reference_mW.push_back(record.decision.power_reference * 1e3);
+    out.absorption_factor.push_back(record.estimate.absorption_factor);
   }
   return out;
 }
@@ -82,14 +68,14 @@ std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
 
 Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
                     std::optional<double> first_power) {
-  if (models.full) {
-    return closed_loop(config, models.reduced,
-                       FullOrderPlant(models.full, config.plant.discretization,
-                                      config.control.period, config.plant.absorption()),
-                       seed, first_power);
-  }
-  return closed_loop(config, models.reduced, ReducedPlant(*models.plant, config.plant.absorption()),
-                     seed, first_power);
+  Config one = config;
+  one.run.seed = seed;
+  EyeOptions options;
+  options.first_power = first_power;
+  options.self_test = false;
+  return trajectory_of(simulate_eye(
+      one, models.reduced,
+      {.full = models.full, .reduced = models.plant ? &*models.plant : nullptr}, options));
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
@@ -107,6 +93,14 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
   std::exception_ptr failure;
   std::mutex mutex;
   const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
+  // What the controller is told; what it reaches is measured against the configuration as it is.
+  std::vector<Config> told;
+  for (const RunJob& job : jobs) {
+    const Config& config = job.config;
+    told.push_back(config.uncertainty.declared()
+                       ? backed_off(config, tissue_margin(config, pool.get(config)->reduced))
+                       : config);
+  }
   const auto work = [&] {
     for (std::size_t k = next++; k < total; k = next++) {
       const std::size_t job = k / static_cast<std::size_t>(seeds);
@@ -114,7 +108,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
       try {
         const Config& config = jobs[job].config;
         Trajectory loop =
-            run_once(config, *pool.get(config), config.run.seed + seed, jobs[job].first_power);
+            run_once(told[job], *pool.get(config), config.run.seed + seed, jobs[job].first_power);
         measured[job][seed] = measure(config, loop, jobs[job].first_power);
         results[job].trajectories[seed] = std::move(loop);
       } catch (...) {

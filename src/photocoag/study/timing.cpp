@@ -11,6 +11,9 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/simulated_eye.hpp"
+#if PHOTOCOAG_HAS_OSQP
+#include "photocoag/osqp/sparse.hpp"
+#endif
 
 namespace photocoag {
 namespace {
@@ -18,6 +21,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kRepetitions = 5;
+#if PHOTOCOAG_HAS_OSQP
+constexpr const char* kSolvers[] = {"dense", "osqp"};
+#else
+constexpr const char* kSolvers[] = {"dense"};
+#endif
 
 // What the controller knew before each decision.
 struct Decided {
@@ -72,6 +80,14 @@ void time_once(const Config& config, const ReducedModel& model, const std::vecto
   result.measures["solve_first_us"].push_back(least.front());
 }
 
+#if PHOTOCOAG_HAS_OSQP
+// As in the paper: the first solve has nothing to start from.
+struct UnpreparedOsqp : SparseOsqpController {
+  UnpreparedOsqp(const ReducedModel& model, const ControlSettings& settings)
+      : SparseOsqpController(model, settings, SparseForm::kUnprepared) {}
+};
+#endif
+
 }  // namespace
 
 std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPool& pool) {
@@ -80,16 +96,24 @@ std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPoo
     std::vector<std::string> set = study.set;
     set.push_back(fmt::format("control.horizon={}", horizon));
     const Config config = load_config(study.base, set);
-    results.push_back({.id = fmt::format("dense_n{}", horizon),
-                       .config = config,
-                       .trajectories = {},
-                       .measures = {}});
+    for (const char* solver : kSolvers) {
+      results.push_back({.id = fmt::format("{}_n{}", solver, horizon),
+                         .config = config,
+                         .trajectories = {},
+                         .measures = {}});
+    }
   }
   for (int treatment = 0; treatment < treatments; ++treatment) {
     for (RunResult& result : results) {
       const auto models = pool.get(result.config);
       const std::vector<Decided> loop = record(
           result.config, *models, result.config.run.seed + static_cast<std::uint64_t>(treatment));
+#if PHOTOCOAG_HAS_OSQP
+      if (result.id.starts_with("osqp")) {
+        time_once<UnpreparedOsqp>(result.config, models->reduced, loop, result);
+        continue;
+      }
+#endif
       time_once<ModelPredictiveController<DenseSolver>>(result.config, models->reduced, loop,
                                                         result);
     }
