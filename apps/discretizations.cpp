@@ -105,7 +105,8 @@ int discretizations(const DiscretizationsOptions& options) {
   if (!options.out.empty()) check_run_folder(options.out);  // before the work
   const double alpha = config.plant.absorption_factor;
   const auto full = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
-  const std::vector<SchemeErrors> all = scheme_errors(full, config.plant.absorption(), {1e-3, 4e-3}, kSteps);
+  const std::vector<SchemeErrors> all =
+      scheme_errors(full, config.plant.absorption(), {1e-3, 4e-3}, kSteps);
   fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
   fmt::print("{} states, absorption factor {:g}, constant power from cold tissue\n\n",
              full->states(), alpha);

@@ -50,7 +50,7 @@ std::string csv(const std::vector<UnknownsResult>& all, double period) {
   return text;
 }
 
-// The cases whose names are in the legend, from the first fifth of the treatment.
+// The first fifth of the treatment.
 Figure figure(const std::vector<UnknownsResult>& all, double period) {
   const std::size_t drawn = std::max<std::size_t>(2, all.front().cycles.size() / 5);
   Figure result{.description =
@@ -59,7 +59,7 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
                 .x_label = "time in ms",
                 .x_min = 0.0,
                 .x_max = 1e3 * period * static_cast<double>(drawn)};
-  const auto panel = [&](const char* title, double UnknownsCycle::* field, double factor) {
+  const auto panel = [&](const char* title, double UnknownsCycle::*field, double factor) {
     Panel p{.title = title, .y_min = 0.0};
     constexpr Ink kInks[] = {Ink::kSeries1, Ink::kSeries2, Ink::kSeries3, Ink::kSeries4};
     std::size_t next = 0;
@@ -67,14 +67,15 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
       const bool two = one.which.estimator.unknowns == Unknowns::kRpeAndChoroid;
       const bool default_prior = one.which.estimator.choroid_sigma_initial < 1.0;
       if (one.which.dark || (default_prior && one.which.estimator.choroid_max > 10.0) ||
-          (!two && (one.which.choroid_varies || field == &UnknownsCycle::beta))) {
+          (!two && one.which.choroid_varies)) {
         continue;
       }
-      // Filters solid, moving horizons dashed; a colour for each pair.
+      // Filters solid, moving horizons dashed; a colour for each pair, the same in every panel.
       const bool mhe = one.which.estimator.kind == EstimatorKind::kMhe;
-      Series series{.legend = one.which.name,
-                    .ink = kInks[(next++ / 2) % std::size(kInks)],
-                    .dash = mhe ? Dash::kDashed : Dash::kSolid};
+      const Ink ink = kInks[(next++ / 2) % std::size(kInks)];
+      if (!two && field == &UnknownsCycle::beta) continue;
+      Series series{
+          .legend = one.which.name, .ink = ink, .dash = mhe ? Dash::kDashed : Dash::kSolid};
       for (std::size_t k = 0; k < drawn; ++k) {
         series.x.push_back(1e3 * period * static_cast<double>(k + 1));
         series.y.push_back(factor * one.cycles[k].*field);

@@ -42,12 +42,14 @@ void randomize(Tissue& tissue, std::mt19937_64& random) {
     layer.thickness = draw(random, 1e-7, 19e-3);
     layer.absorption = std::pow(10.0, draw(random, -30.0, 6.9));
     layer.scaled_by_alpha = random() % 2 == 0;
+    layer.scaled_by_beta = !layer.scaled_by_alpha && random() % 2 == 0;
     if (random() % 2 == 0) layer.conductivity = draw(random, 0.1, 1.0);
     if (random() % 2 == 0) layer.density = draw(random, 800.0, 1200.0);
     if (random() % 2 == 0) layer.heat_capacity = draw(random, 2000.0, 4200.0);
     if (random() % 2 == 0) layer.perfusion = std::pow(10.0, draw(random, 0.0, 7.9));
   }
   tissue.layers[0].scaled_by_alpha = true;  // one has to
+  tissue.layers[0].scaled_by_beta = false;
   tissue.peak_layer = tissue.layers[random() % tissue.layers.size()].name;
 }
 
@@ -64,6 +66,9 @@ Config random_config(std::uint64_t seed) {
   c.control.state_weight = static_cast<StateWeight>(random() % 2);
   c.estimator.absorption_process_noise = std::pow(10.0, draw(random, -300.0, -1.1));
   c.estimator.absorption_initial = draw(random, 0.2, 2.0);
+  c.estimator.choroid_initial = draw(random, 0.4, 2.5);
+  c.estimator.unknowns = static_cast<Unknowns>(random() % 2);
+  c.model.reduction.choroid_max = draw(random, 0.6, 20.0);
   c.model.file = "/a b/\"quoted\"\\back/é" + std::to_string(seed);
   c.model.reduction.order = static_cast<int>(1 + random() % 14);
   c.model.discretization = static_cast<Discretization>(random() % 3);
@@ -74,6 +79,7 @@ Config random_config(std::uint64_t seed) {
   if (c.plant.tissue_differs) randomize(c.plant.tissue, random);
   c.plant.model = static_cast<PlantModel>(random() % 2);
   c.plant.absorption_factor = draw(random, 0.05, 5.0);
+  if (c.plant.tissue.two_parameters()) c.plant.choroid_factor = draw(random, 0.05, 20.0);
   c.run.duration = draw(random, 0.1, 49.0);
   c.run.seed = random() >> 1U;
   return c;

@@ -79,6 +79,13 @@ TEST(Shipped, OtherTissues) {
   choroid.plant.tissue = choroid.tissue;
   EXPECT_EQ(shipped("literature-choroid.toml"), choroid);
 
+  Config two = shipped("paper-1khz.toml");
+  two.estimator.unknowns = Unknowns::kRpeAndChoroid;
+  two.tissue.layers[3].scaled_by_beta = true;
+  two.plant.tissue = two.tissue;
+  two.plant.choroid_factor = 1.4;
+  EXPECT_EQ(shipped("two-unknowns.toml"), two);
+
   Config in_vivo = vitreous;
   in_vivo.control.peak_reference = 10.0;
   in_vivo.control.peak_max = 12.0;

@@ -177,7 +177,8 @@ double final_error(const EstimatorSettings& settings, double alpha, double beta,
 }
 
 TEST(TwoUnknowns, BothEstimatorsFindAlphaAndBetaOfAMatchedEye) {
-  const EstimatorSettings settings{.power_process_noise = 1e-5, .unknowns = Unknowns::kRpeAndChoroid};
+  const EstimatorSettings settings{.power_process_noise = 1e-5,
+                                   .unknowns = Unknowns::kRpeAndChoroid};
   for (const double beta : {0.7, 1.0, 1.4}) {
     final_error<ExtendedKalmanFilter>(settings, 0.9, beta, 3);
     final_error<MovingHorizonEstimator>(settings, 0.9, beta, 3);

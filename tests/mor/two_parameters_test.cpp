@@ -59,9 +59,9 @@ TEST(TwoParameters, ErrorIsMeasuredOverBothAndSmall) {
 // Other signals, other alphas and betas than those of the stored check.
 TEST(TwoParameters, ErrorStaysSmallElsewhere) {
   const auto full = full_of(with_beta());
-  const ErrorReport error =
-      measure_error(model_of_order(8), full,
-                    {.absorption_factors = {0.33, 0.77, 1.63}, .seed = 5, .choroid_factors = {0.55, 0.9, 1.9}});
+  const ErrorReport error = measure_error(
+      model_of_order(8), full,
+      {.absorption_factors = {0.33, 0.77, 1.63}, .seed = 5, .choroid_factors = {0.55, 0.9, 1.9}});
   ASSERT_EQ(error.peak.size(), 9U);
   EXPECT_LT(error.peak_max(), 0.01);
   EXPECT_LT(error.volume_max(), 0.01);
@@ -102,8 +102,8 @@ TEST(TwoParameters, DerivativesAreThoseOfTheValues) {
        {ParameterDependence::kDeim, ParameterDependence::kQDeim, ParameterDependence::kChebyshev}) {
     for (const Tissue& tissue : {with_beta(), testing::normalized(with_beta())}) {
       const auto full = full_of(tissue, 3000);
-      const ReducedModel model = project_model(
-          *full, reduction_space(*full), {.parameter_dependence = dependence}, 1e-3, kHold);
+      const ReducedModel model = project_model(*full, reduction_space(*full),
+                                               {.parameter_dependence = dependence}, 1e-3, kHold);
       const double h = 1e-5;
       ParametricMatrices at;
       ParametricMatrices above;
@@ -152,9 +152,9 @@ TEST(TwoParameters, SourcesAreInterpolatedOverBoth) {
     int terms;
     double bound;  // seen: 1.5e-3 or less and 5 %, of the norm of the source
   };
-  for (const Case& c : {Case{ParameterDependence::kDeim, 8, 5e-3},
-                        Case{ParameterDependence::kQDeim, 8, 5e-3},
-                        Case{ParameterDependence::kChebyshev, 12, 0.1}}) {
+  for (const Case& c :
+       {Case{ParameterDependence::kDeim, 8, 5e-3}, Case{ParameterDependence::kQDeim, 8, 5e-3},
+        Case{ParameterDependence::kChebyshev, 12, 0.1}}) {
     const ParametricSource source = parametric_source(*full, c.dependence, c.terms, choroid);
     for (const AbsorptionFactors& at : tensor({0.3, 0.7, 1.7}, {0.5, 1.1, 2.0})) {
       const VectorXd exact = full->axial_source(at);

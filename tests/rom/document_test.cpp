@@ -39,7 +39,8 @@ void collect(const Json& json, const std::string& path, std::set<std::string>& k
 TEST(ModelDocument, ListsExactlyTheFieldsOfTheFile) {
   std::set<std::string> in_file;
   // The default tissue's has a certificate; the other what is written only where it differs.
-  for (const Tissue& tissue : {Tissue{}, testing::ring_beam(testing::layered())}) {
+  for (const Tissue& tissue :
+       {Tissue{}, testing::ring_beam(testing::with_beta(testing::layered()))}) {
     collect(Json::parse(to_json(testing::coarse_model(tissue))), "", in_file);
   }
   std::set<std::string> in_document;
@@ -71,16 +72,29 @@ TEST(ModelDocument, ItsPythonProgramComputesTheSameStepResponse) {
   ASSERT_GT(start, std::size_t{10});
   const testing::TemporaryFolder folder;
   write_file(folder.file("read.py"), text.substr(start, text.find("```", start) - start));
-  for (const Tissue& tissue : {Tissue{}, testing::normalized(Tissue{})}) {
-    const ReducedModel model = testing::coarse_model(tissue);
+  struct Case {
+    Tissue tissue;
+    ParameterDependence dependence;
+    std::string arguments;
+    AbsorptionFactors at;
+  };
+  const Tissue both = testing::with_beta();
+  for (const Case& c :
+       {Case{{}, ParameterDependence::kDeim, "1.1", 1.1},
+        Case{testing::normalized(Tissue{}), ParameterDependence::kChebyshev, "1.1", 1.1},
+        Case{testing::normalized(both), ParameterDependence::kDeim, "1.1 1.7", {1.1, 1.7}},
+        Case{both, ParameterDependence::kChebyshev, "1.1 0.6", {1.1, 0.6}}}) {
+    const ReducedModel model =
+        reduce(testing::coarse_full_model(c.tissue), {.parameter_dependence = c.dependence}, 1e-3,
+               Discretization::kZeroOrderHold);
     save_reduced_model(model, folder.file("model.json"));
     const std::string printed = output_of("python3 " + folder.file("read.py") + " " +
-                                          folder.file("model.json") + " 1.1 2>&1");
+                                          folder.file("model.json") + " " + c.arguments + " 2>&1");
     std::istringstream lines(printed);
     std::string line;
     std::getline(lines, line);
     ASSERT_EQ(line, "time_s,peak_K,volume_K") << printed;
-    ReducedPlant plant(model, 1.1);
+    ReducedPlant plant(model, c.at);
     int rows = 0;
     while (std::getline(lines, line)) {
       plant.step(1.0);

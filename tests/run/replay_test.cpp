@@ -40,6 +40,19 @@ TEST(Replay, PowersAreTheSameToTheLastBit) {
   }
 }
 
+TEST(Replay, TwoUnknownsToo) {
+  const TemporaryFolder folder;
+  const std::filesystem::path run = folder.path() / "two";
+  std::vector<std::string> overrides = kSmall;
+  for (const char* extra :
+       {"tissue.layers.choroid.scaled_by=beta", "estimator.unknowns=rpe-and-choroid",
+        "estimator.kind=mhe", "plant.choroid_factor=0.7"}) {
+    overrides.emplace_back(extra);
+  }
+  record(run, overrides);
+  EXPECT_TRUE(replay_run(run, false).same());
+}
+
 TEST(Replay, AChangedSampleIsSeen) {
   const TemporaryFolder folder;
   const std::filesystem::path run = folder.path() / "run";

@@ -55,6 +55,22 @@ TEST(RunCsv, MissingSamplesAreEmptyCells) {
   EXPECT_NE(csv.find("\n0,0.001,0,0,,0,1,1.5,1.21,"), std::string::npos) << csv;
 }
 
+TEST(RunCsv, TheChoroidComesLastAndOnlyIfItIsEstimated) {
+  Treatment treatment = with_peaks({1.0}, 1e-3);
+  treatment.records[0].estimate.choroid_factor = 1.25;
+  treatment.records[0].estimate.choroid_sigma = 0.5;
+  EXPECT_EQ(run_csv(treatment).find("choroid"), std::string::npos);
+  const std::string csv = run_csv(treatment, true);
+  EXPECT_NE(csv.find(",sample_verdict,choroid_estimate,choroid_sigma\n"), std::string::npos) << csv;
+  EXPECT_TRUE(csv.ends_with(",1.25,0.5\n")) << csv;
+
+  Config config;
+  config.plant.choroid_factor = 2.0;
+  EXPECT_FALSE(summarize(config, treatment).choroid_error_final.has_value());
+  config.estimator.unknowns = Unknowns::kRpeAndChoroid;
+  EXPECT_DOUBLE_EQ(summarize(config, treatment).choroid_error_final.value(), 1.25 / 2.0 - 1.0);
+}
+
 TEST(RunFolder, RefusesAFolderWithContent) {
   EXPECT_THROW(check_run_folder(std::filesystem::path(PHOTOCOAG_SOURCE_DIR) / "src"),
                std::exception);

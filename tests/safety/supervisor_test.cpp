@@ -9,6 +9,7 @@
 #include "estimation/test_models.hpp"
 #include "safety/supervisors.hpp"
 #include "support/heap_guard.hpp"
+#include "support/tissues.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -289,6 +290,38 @@ TEST(Witness, AgreesWithTheModelItWasMadeFrom) {
       // Rounding through a change of coordinates of condition 1e3 or so.
       ASSERT_NEAR(volume, eye.outputs().volume, 1e-9) << k;
       ASSERT_NEAR(peak, eye.outputs().peak, 1e-9) << k;
+    }
+  }
+}
+
+// Where beta is unknown too: the truth stays among the plausible, and its peak below the bound.
+TEST(Witness, TwoUnknownsAreBoundedFromAbove) {
+  const auto full =
+      std::make_shared<const FullOrderModel>(with_beta(), GridSettings{.min_cells = 2000});
+  const ReducedModel reduced = reduce(full, {}, 1e-3, Discretization::kZeroOrderHold);
+  const EstimatorSettings both{.unknowns = Unknowns::kRpeAndChoroid};
+  const WitnessModel model = witness_model(reduced, both);
+  EXPECT_EQ(model.choroids, kWitnessChoroids);
+  for (const double alpha : {0.4, 0.9, 1.5}) {
+    for (const double beta : {0.5, 0.93, 1.9}) {  // not on the grid
+      Witness witness(model, 0.288, 0.01);
+      ReducedPlant eye(reduced, {alpha, beta});
+      Draw draw(3);
+      for (int k = 0; k < 250; ++k) {
+        const double power = k < 3 ? 0.08 : 0.025;
+        eye.step(power);
+        witness.emit(power);
+        const double sample = eye.outputs().volume + 0.288 * draw.normal();
+        EXPECT_LT(witness.compare(sample).outside, 6.0) << k;
+        witness.learn(sample);
+        // Between the nodes of beta the witness may be a little too low, by less than its 1 %.
+        EXPECT_GT(witness.peak_high(), 0.99 * eye.outputs().peak)
+            << alpha << ' ' << beta << ' ' << k;
+        EXPECT_LE(witness.power_for_peak(32.0), 32.0 / eye.outputs().peak) << k;
+      }
+      // Both have been told apart: what is held by the reference is no longer throttled.
+      EXPECT_LT(witness.peak_high(), 1.06 * eye.outputs().peak) << alpha << ' ' << beta;
+      EXPECT_GT(witness.compare(eye.outputs().volume + 5.0).outside, 6.0);
     }
   }
 }

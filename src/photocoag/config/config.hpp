@@ -39,7 +39,7 @@ enum class ZeroPowerSample {
 struct PlantSettings {
   PlantModel model = PlantModel::kFull;
   double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
-  double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 unless a layer is scaled by it
+  double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 where nothing scales
   double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
   ZeroPowerSample zero_power_sample = ZeroPowerSample::kMeasured;
   Discretization discretization = Discretization::kZeroOrderHold;

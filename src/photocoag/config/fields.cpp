@@ -222,7 +222,8 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
            key("layers"), LayersField{&t.layers},
            "1 to 32, in the order in which the light meets them; thickness above 0, at most "
            "20000 um;\nabsorption 0 to 1e7 1/m, times alpha or beta where scaled_by = \"alpha\" or "
-           "\"beta\".\nOptional: conductivity_W_per_mK, density_kg_per_m3, heat_capacity_J_per_kgK (else the "
+           "\"beta\".\nOptional: conductivity_W_per_mK, density_kg_per_m3, heat_capacity_J_per_kgK "
+           "(else the "
            "tissue's), "
            "perfusion_W_per_m3K (else 0; 0 to 1e8)"}});
 }
@@ -343,8 +344,9 @@ std::vector<Field> layer_fields(Layer& layer, const std::string& prefix) {
           Field{prefix + ".scaled_by",
                 WordField{{"none", "alpha", "beta"},
                           [&layer] {
-                            return layer.scaled_by_alpha ? std::size_t{1}
-                                                         : std::size_t{layer.scaled_by_beta ? 2U : 0U};
+                            return layer.scaled_by_alpha
+                                       ? std::size_t{1}
+                                       : std::size_t{layer.scaled_by_beta ? 2U : 0U};
                           },
                           [&layer](std::size_t index) {
                             layer.scaled_by_alpha = index == 1;

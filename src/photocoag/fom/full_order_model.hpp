@@ -92,7 +92,7 @@ class FullOrderModel {
   /// Coordinates of any per-cell absorbed fractions.
   Eigen::VectorXd axial_source(const Eigen::VectorXd& absorbed_per_cell) const;
 
-  /// Weights for a stepper's profiles: (E5), (E6) for these factors, commanded power in W. Allocates.
+  /// Weights for a stepper's profiles: (E5), (E6), these factors, commanded power in W. Allocates.
   OutputWeights output_weights(AbsorptionFactors at) const;
   /// From commanded power to heating: transmission / (rho C_p), K m3/J, if separable; otherwise
   /// transmission, since the axial coordinates hold rho C_p.

@@ -82,7 +82,7 @@ class ModalStepper {
   Eigen::VectorXd spot_profile_;
 };
 
-/// The simulated eye at full order, for one alpha and beta: a ModalStepper if the model is separable, else a
+/// The simulated eye at full order, one alpha and beta: a ModalStepper if it is separable, else a
 /// LayeredStepper. A Plant (loop/plant.hpp).
 class FullOrderPlant {
  public:

@@ -20,7 +20,8 @@ struct Bases {
   bool galerkin = true;   ///< test = trial, orthonormal: keeps symmetry and stability
 };
 
-/// `betas`: with two parameters every sampled alpha is taken at each of them. `source`: used by the Taylor basis only (its coefficients are the inputs). Throws Error if the
+/// `betas`: with two parameters every sampled alpha is taken at each of them. `source`: used by the
+/// Taylor basis only (its coefficients are the inputs). Throws Error if the
 /// impulse space has fewer than `order` directions. Allocates.
 Bases make_bases(const FullOrderModel& full, const ImpulseSpace& space, ReductionMethod method,
                  int order, const ParametricSource& source,

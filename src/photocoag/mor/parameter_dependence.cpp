@@ -20,12 +20,14 @@ constexpr double kChoroidMargin = 1.25;
 
 // Absorbed fractions per axial cell, in the norm of the energy product (divided by the root of the
 // width).
-MatrixXd source_snapshots(const FullOrderModel& full, const std::vector<AbsorptionFactors>& factors) {
+MatrixXd source_snapshots(const FullOrderModel& full,
+                          const std::vector<AbsorptionFactors>& factors) {
   const auto& cells = full.cell_absorption();
   MatrixXd snapshots(static_cast<Index>(cells.size()), static_cast<Index>(factors.size()));
   for (Index a = 0; a < snapshots.cols(); ++a) {
     for (Index j = 0; j < snapshots.rows(); ++j) {
-      snapshots(j, a) = cells[j].evaluate(factors[a].alpha, factors[a].beta).value / full.axial().root_measure[j];
+      snapshots(j, a) =
+          cells[j].evaluate(factors[a].alpha, factors[a].beta).value / full.axial().root_measure[j];
     }
   }
   return snapshots;

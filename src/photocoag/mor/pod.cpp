@@ -70,7 +70,8 @@ MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int o
   Index column = 0;
   for (const double beta : betas) {
     for (const TrainingAlpha& alpha : kTraining) {
-      const VectorXd input = space.axial_source * model.axial_source(AbsorptionFactors{alpha.value, beta});
+      const VectorXd input =
+          space.axial_source * model.axial_source(AbsorptionFactors{alpha.value, beta});
       snapshots.middleCols(column, kTimes) = weighted_impulse_response(space, input, alpha.weight);
       column += kTimes;
     }

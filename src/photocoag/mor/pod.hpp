@@ -12,8 +12,8 @@
 namespace photocoag {
 
 /// Orthonormal basis, impulse-space size x order: the leading left singular vectors of the weighted
-/// impulse responses of the training alphas, with two parameters at each of `betas`. Throws Error if
-/// the impulse space has fewer than `order` directions.
+/// impulse responses of the training alphas, with two parameters at each of `betas`. Throws Error
+/// if the impulse space has fewer than `order` directions.
 Eigen::MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order,
                           const std::vector<double>& betas = {1.0});
 

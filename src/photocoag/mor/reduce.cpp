@@ -44,9 +44,9 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
   const ParametricSource source =
       parametric_source(full, settings.dependence(), settings.terms(choroid.free), choroid);
   ReducedModel model;
-  Eigen::MatrixXd basis = project(
-      full, space, make_bases(full, space, settings.method, settings.order, source, betas), source,
-      model);
+  Eigen::MatrixXd basis =
+      project(full, space, make_bases(full, space, settings.method, settings.order, source, betas),
+              source, model);
   if (settings.refined()) {
     // The sum of squares has several minima: search from other projections too.
     double least = refine(full, space, source, period, discretization, model, betas);
@@ -113,9 +113,9 @@ ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionS
   ValidationSettings validation;
   validation.choroid_factors =
       choroid_range(full->tissue(), settings).samples(kCheckedChoroids, 1.0);
-  model.error = measure_error(model, full, validation, [&report](std::string_view stage, double fraction) {
-    report(stage, 0.5 + 0.2 * fraction);
-  });
+  model.error = measure_error(
+      model, full, validation,
+      [&report](std::string_view stage, double fraction) { report(stage, 0.5 + 0.2 * fraction); });
   if (why_uncertified(*full, discretization).empty()) {
     report("proving its error bound", 0.7);
     model.certificate = certify(model, *full);

@@ -157,8 +157,7 @@ Target make_target(const FullOrderModel& full, const ImpulseSpace& space,
     const VectorXd input = space.axial_source * full.axial_source(one.at);
     const VectorXd to_peak = full.input_gain() * input.cwiseProduct(space.peak);
     const VectorXd to_volume = full.input_gain() * input.cwiseAbs2();
-    target.peak_scale[a] =
-        std::exp(one.log_peak_weight) / to_peak.cwiseQuotient(space.rates).sum();
+    target.peak_scale[a] = std::exp(one.log_peak_weight) / to_peak.cwiseQuotient(space.rates).sum();
     target.volume_scale[a] =
         std::exp(one.log_volume_weight) / to_volume.cwiseQuotient(space.rates).sum();
     target.peak.col(a) = target.peak_scale[a] * decay * to_peak;

@@ -17,8 +17,8 @@
 namespace photocoag {
 
 /// Minimises over (rates, B_j, C_peak) the weighted squares of the differences between the pulse
-/// responses of both outputs, at eight alphas (with two parameters at each of `betas`) and at the ends of periods up
-/// to 6 s:
+/// responses of both outputs, at eight alphas (with two parameters at each of `betas`) and at the
+/// ends of periods up to 6 s:
 ///   sum_a sum_k w_k^2 [ (h_peak,k - h_peak,k^r)^2 / gain_peak^2 + the same for the volume ]
 /// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); it is
 /// where the search starts, and nothing worse is left. Returns half the sum, to compare starts by.

@@ -83,7 +83,8 @@ MatrixXd minus_operator(const FullOrderModel& model, const MatrixXd& basis) {
 
 }  // namespace
 
-MatrixXd source_basis(const FullOrderModel& model, const std::vector<AbsorptionFactors>& absorption_factors) {
+MatrixXd source_basis(const FullOrderModel& model,
+                      const std::vector<AbsorptionFactors>& absorption_factors) {
   MatrixXd sources(model.axial().size(), static_cast<Index>(absorption_factors.size()));
   for (Index a = 0; a < sources.cols(); ++a) {
     sources.col(a) = model.axial_source(absorption_factors[a]);

@@ -46,15 +46,14 @@ void run_separable(const std::shared_ptr<const FullOrderModel>& full, Discretiza
   }
 }
 
-// Step responses to 1 W: period by period, all absorption factors in turn. Everything is linear in the source,
-// and a handful of sources span all: one run for each. After one period of power
-// the tissue only cools, which gets cheaper from step to step (LayeredStepper); the step response
-// is the sum of the pulse response so far.
+// Step responses to 1 W: period by period, all absorption factors in turn. Everything is linear in
+// the source, and a handful of sources span all: one run for each. After one period of power the
+// tissue only cools, which gets cheaper from step to step (LayeredStepper); the step response is
+// the sum of the pulse response so far.
 std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrderModel>& full,
                                             Discretization discretization, double period,
                                             const std::vector<AbsorptionFactors>& factors,
-                                            std::size_t steps,
-                                            const Progress& progress) {
+                                            std::size_t steps, const Progress& progress) {
   const Eigen::MatrixXd basis = source_basis(*full, factors);
   const auto count = static_cast<Eigen::Index>(factors.size());
   Eigen::MatrixXd share(basis.cols(), count);
@@ -140,10 +139,10 @@ ValidationRun validation_run(std::shared_ptr<const FullOrderModel> full,
   run.two_parameters = full->tissue().two_parameters();
   std::vector<double> betas = settings.choroid_factors;
   if (betas.empty()) betas = choroid_range(full->tissue(), {}).samples(kCheckedChoroids, 1.0);
-  run.factors = tensor(settings.absorption_factors.empty()
-                           ? default_alphas(run.two_parameters ? 15 : 29)
-                           : settings.absorption_factors,
-                       betas);
+  run.factors =
+      tensor(settings.absorption_factors.empty() ? default_alphas(run.two_parameters ? 15 : 29)
+                                                 : settings.absorption_factors,
+             betas);
   run.duration = settings.duration;
   run.mean_dwell = settings.mean_dwell;
   run.seed = settings.seed;

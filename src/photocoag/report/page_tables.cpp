@@ -139,9 +139,9 @@ std::string absorption_table(const RunLog& log, const RunSummary& summary,
   if (summary.choroid_error_final && !log.empty()) {
     table
         .row("Choroid factor", quantity(finite(log.choroid_estimate.back()), 4, ""),
-             fmt::format("final estimate{}",
-                         config.choroid_true ? fmt::format(", truth {:g}", *config.choroid_true)
-                                             : ""))
+             fmt::format("final estimate{}", config.choroid_true
+                                                 ? fmt::format(", truth {:g}", *config.choroid_true)
+                                                 : ""))
         .row("Its uncertainty", "±" + quantity(finite(2.0 * log.choroid_sigma.back()), 4, ""),
              "2 σ")
         .row("Its final error", quantity(100.0 * *summary.choroid_error_final, 2, "%"));

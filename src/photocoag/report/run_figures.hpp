@@ -19,8 +19,9 @@ struct RunView {
   std::size_t max_points = 2000;  ///< per series
 };
 
-/// Four figures with one panel each, over the same time axis: peak temperature, volume temperature,
-/// laser power, absorption factor. Precondition: the log is not empty.
+/// Four or five figures with one panel each, over the same time axis: peak temperature, volume
+/// temperature, laser power, absorption factor, and the choroid's factor if it was estimated.
+/// Precondition: the log is not empty.
 std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
                                 const RunConfig& config, const RunView& view);
 

@@ -48,6 +48,7 @@ class Reader {
     if (!value) fail(key, nullptr, "not null");
     return *value;
   }
+  bool has(const char* key) const { return object_.contains(key); }
   const Json& find(const char* key) const {
     const auto found = object_.find(key);
     if (found == object_.end())
@@ -121,7 +122,9 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.time_to_95_percent_s = reader.number("time_to_95_percent_s");
   summary.rms_error_after_50_ms_K = reader.number("rms_error_after_50_ms_K");
   summary.absorption_error_final = reader.number("absorption_error_final");
-  summary.choroid_error_final = reader.number("choroid_error_final");
+  if (reader.has("choroid_error_final")) {
+    summary.choroid_error_final = reader.number("choroid_error_final");
+  }
   summary.cycles = reader.required("cycles", reader.count("cycles"));
   summary.overruns = reader.count("overruns");
   summary.full_order_states = reader.count("full_order_states");

@@ -98,16 +98,16 @@ Tissue read_tissue(const JsonReader& json) {
     const auto optional = [&layer](const std::string& key) {
       return layer.has(key) ? std::optional<double>(layer[key].number()) : std::nullopt;
     };
-    tissue.layers.push_back({.name = layer["name"].text(),
-                             .thickness = layer["thickness_m"].number(),
-                             .absorption = layer["absorption_per_m"].number(),
-                             .scaled_by_alpha = layer["scaled_by_alpha"].boolean(),
-                             .conductivity = optional("conductivity_W_per_mK"),
-                             .density = optional("density_kg_per_m3"),
-                             .heat_capacity = optional("heat_capacity_J_per_kgK"),
-                             .perfusion = optional("perfusion_W_per_m3K").value_or(0.0),
-                             .scaled_by_beta = layer.has("scaled_by_beta") &&
-                                               layer["scaled_by_beta"].boolean()});
+    tissue.layers.push_back(
+        {.name = layer["name"].text(),
+         .thickness = layer["thickness_m"].number(),
+         .absorption = layer["absorption_per_m"].number(),
+         .scaled_by_alpha = layer["scaled_by_alpha"].boolean(),
+         .conductivity = optional("conductivity_W_per_mK"),
+         .density = optional("density_kg_per_m3"),
+         .heat_capacity = optional("heat_capacity_J_per_kgK"),
+         .perfusion = optional("perfusion_W_per_m3K").value_or(0.0),
+         .scaled_by_beta = layer.has("scaled_by_beta") && layer["scaled_by_beta"].boolean()});
   }
   return tissue;
 }
@@ -204,10 +204,10 @@ ReducedModel read_model(const JsonReader& json) {
 
 // Told twice: by the number of parameters and by the layers.
 void check_parameters(const JsonReader& json, const ReducedModel& model) {
-  json["parameters"].expect(
-      (model.parameters == 2) == model.tissue.two_parameters(),
-      model.tissue.two_parameters() ? "alpha and beta, because a layer has scaled_by_beta"
-                                    : "alpha alone, because no absorbing layer has scaled_by_beta");
+  json["parameters"].expect((model.parameters == 2) == model.tissue.two_parameters(),
+                            model.tissue.two_parameters()
+                                ? "alpha and beta, because a layer has scaled_by_beta"
+                                : "alpha alone, because no absorbing layer has scaled_by_beta");
 }
 
 // The normalisation is told twice, by what the online code uses and by the tissue: they must agree.

@@ -90,9 +90,7 @@ void ReducedModel::discretize(double period_s, Discretization how) {
 }
 
 ReducedPlant::ReducedPlant(const ReducedModel& model, AbsorptionFactors absorption)
-    : model_(model),
-      absorption_(absorption),
-      state_(StateVector::Zero(model.order())) {
+    : model_(model), absorption_(absorption), state_(StateVector::Zero(model.order())) {
   model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
 }
 

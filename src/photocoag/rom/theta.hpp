@@ -36,8 +36,8 @@ struct Theta {
   double choroid_center = 1.0;     ///< kChebyshev with beta
   double choroid_half_width = 1.0;
 
-  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1, where beta plays no part or is 1
-  /// (kDeim).
+  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; beta plays no part or
+  /// (kDeim) is 1.
   void evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept;
 
   /// The same at a choroid factor beta, with the derivatives by it. Not kTaylor.

@@ -30,11 +30,11 @@ void verify_sizes(const ReducedModel& model) {
   };
   demand(n >= 1 && is(model.A, n, n), "A", size(model.A), "a square matrix");
   const bool two = model.parameters == 2;
-  demand(model.parameters == 1 ||
-             (two && model.theta.kind != ThetaKind::kTaylor && model.choroid_min > 0.0 &&
-              model.choroid_max > model.choroid_min),
-         "parameters", fmt::format("{}", model.parameters),
-         "alpha, or alpha and beta with a range and a theta that depends on both");
+  demand(
+      model.parameters == 1 || (two && model.theta.kind != ThetaKind::kTaylor &&
+                                model.choroid_min > 0.0 && model.choroid_max > model.choroid_min),
+      "parameters", fmt::format("{}", model.parameters),
+      "alpha, or alpha and beta with a range and a theta that depends on both");
   demand(m >= 1, "theta", fmt::format("{} terms", m), "at least one term");
   demand(is(model.B, n, m), "B", size(model.B), fmt::format("{} x {}", n, m));
   demand(is(model.B_d, n, m), "discrete.B", size(model.B_d), fmt::format("{} x {}", n, m));
@@ -75,8 +75,8 @@ void verify_signs(const ReducedModel& model, const Eigen::VectorXd& steady_row, 
     for (int k = 1; k < kMaxHorizon; ++k) {
       const double response = model.C_peak.dot(state);
       demand(response >= 0.0, "C_peak",
-             fmt::format("peak impulse response {} K/W at step {}, alpha = {}{}", response, k, alpha,
-                         at_beta),
+             fmt::format("peak impulse response {} K/W at step {}, alpha = {}{}", response, k,
+                         alpha, at_beta),
              "not negative: heating never cools");
       state = (model.A_d.lazyProduct(state)).eval();
     }

@@ -73,6 +73,8 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
 std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
                                      const SpotRange& range, double limit, std::size_t count,
                                      const Progress& progress) {
+  // What a controller refuses is refused here, not in a thread.
+  static_cast<void>(Controller(model, config.control, config.estimator));
   const bool same_tissue = !config.uncertainty.declared();
   const auto shared = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
   std::vector<SpotOutcome> outcomes(count);

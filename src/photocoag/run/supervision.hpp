@@ -15,7 +15,8 @@ namespace photocoag {
 SafetyLimits safety_limits(const Config& config);
 
 /// The model's discrete-time modes, at absorptions spread evenly in logarithm between the
-/// estimator's bounds: alpha at the beta that the estimator is told, or both if it estimates both. The eigenvalues of A_d must be real (they are for heat) and at most
+/// estimator's bounds: alpha at the beta that the estimator is told, or both if it estimates both.
+/// The eigenvalues of A_d must be real (they are for heat) and at most
 /// kWitnessModes. Throws Error otherwise. Allocates.
 WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& estimator = {});
 

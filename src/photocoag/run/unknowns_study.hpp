@@ -16,7 +16,7 @@ namespace photocoag {
 struct UnknownsCase {
   std::string name;
   EstimatorSettings estimator;
-  bool choroid_varies = false;  ///< beta of the eyes drawn evenly in logarithm from [0.5, 2]; else 1
+  bool choroid_varies = false;  ///< beta of the eyes even in logarithm over [0.5, 2]; else 1
   bool dark = false;            ///< 0 W throughout instead of the controller's power
 };
 
@@ -40,7 +40,7 @@ struct UnknownsResult {
 };
 
 /// `seeds` closed loops with full-order eyes, alpha drawn evenly from [0.35, 1.5]; the same eyes
-/// and the same noise for every case. The model of `config` must have both parameters: throws Error.
+/// and noise for every case. The model of `config` must have both parameters: throws Error.
 /// Deterministic. Allocates.
 UnknownsResult unknowns_study(const Config& config, ModelStore& models, const UnknownsCase& which,
                               int seeds);

@@ -137,8 +137,7 @@ double Witness::power_for(double peak, const Lags& coasting, const Lags& held) c
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     const Family& family = families_[b];
     if (!family.plausible) continue;
-    least =
-        std::min(least, (peak - peak_at_high(family, coasting)) / peak_at_high(family, held));
+    least = std::min(least, (peak - peak_at_high(family, coasting)) / peak_at_high(family, held));
   }
   return std::max(0.0, least);
 }

@@ -12,7 +12,7 @@
 namespace photocoag {
 
 /// How much of its reference absorption the tissue has: alpha for the layers with scaled_by =
-/// "alpha" (the RPE), beta for those with scaled_by = "beta" (the choroid). A number alone is alpha.
+/// "alpha" (RPE), beta for those with scaled_by = "beta" (choroid). A number alone is alpha.
 struct AbsorptionFactors {
   double alpha;
   double beta;

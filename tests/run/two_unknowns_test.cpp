@@ -1,0 +1,115 @@
+// Two unknown absorption factors from configuration to closed loop.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "loop/treatments.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/report/run_figures.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/unknowns_study.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+Config two_unknowns(std::vector<std::string> more = {}) {
+  more.insert(more.begin(), "grid.min_cells=4000");  // the loop plays the part, not the accuracy
+  return shipped("two-unknowns.toml", more);
+}
+
+ModelStore& store() {
+  static ModelStore models(two_unknowns(), false);
+  return models;
+}
+
+// No eye overheats, none is stopped, and both factors are found.
+TEST(TwoUnknownsLoop, HoldsThePeakOfEyesWithAnyChoroid) {
+  for (const char* kind : {"ekf", "mhe"}) {
+    for (const char* supervisor : {"on", "off"}) {
+      for (const double alpha : {0.5, 1.1}) {
+        for (const double beta : {0.5, 1.0, 2.0}) {
+          SCOPED_TRACE(std::string(kind) + ", supervisor " + supervisor + ", alpha " +
+                       std::to_string(alpha) + ", beta " + std::to_string(beta));
+          const Config config = two_unknowns({std::string("estimator.kind=") + kind,
+                                              std::string("safety.supervisor=") + supervisor,
+                                              "plant.absorption_factor=" + std::to_string(alpha),
+                                              "plant.choroid_factor=" + std::to_string(beta)});
+          ModelStore models(config, false);
+          const Treatment treatment = treat(config, models);
+          const RunSummaryNumbers numbers = summarize(config, treatment);
+          EXPECT_EQ(numbers.stopped_for, "");
+          EXPECT_EQ(numbers.limit_violations, 0U);
+          EXPECT_LT(numbers.rms_error_after_50_ms.value(), 0.6);
+          // Errors of one noise: some 2 and 4 % rms over many eyes.
+          EXPECT_LT(std::abs(numbers.absorption_error_final), 0.08);
+          EXPECT_LT(std::abs(numbers.choroid_error_final.value()), 0.15);
+        }
+      }
+    }
+  }
+}
+
+TEST(TwoUnknownsLoop, RunFolderAndFiguresHaveBoth) {
+  const TemporaryFolder folder;
+  const Config config = two_unknowns({"run.duration_ms=60"});
+  const Treatment treatment = treat(config, store());
+  const std::filesystem::path run = folder.path() / "run";
+  open_run_folder(run, config);
+  write_run(run, config, treatment);
+  const std::string csv = read_file((run / "run.csv").string(), 1 << 20);
+  const std::string json = read_file((run / "summary.json").string(), 1 << 20);
+  EXPECT_TRUE(nlohmann::json::parse(json)["choroid_error_final"].is_number());
+  const RunLog log = parse_run_log(csv, "run.csv");
+  ASSERT_EQ(log.choroid_estimate.size(), log.cycles());
+  EXPECT_EQ(log.choroid_estimate.back(), treatment.records.back().estimate.choroid_factor);
+  const RunConfig shown = parse_run_config(to_toml(config), "config.toml");
+  EXPECT_EQ(shown.choroid_true, 1.4);
+  const auto figures = run_figures(log, parse_run_summary(json, "summary.json"), shown,
+                                   {.from_ms = 0.0, .to_ms = 60.0});
+  EXPECT_EQ(figures.size(), 5U);
+}
+
+// What is not proved is not used: no certificate, no robust control.
+TEST(TwoUnknownsLoop, RobustControlIsRefused) {
+  const Config config = two_unknowns({"control.robust=certified"});
+  ModelStore models(config, false);
+  EXPECT_THROW(treat(config, models), Error);
+}
+
+TEST(UnknownsStudy, AnUnknownChoroidMattersAndTwoUnknownsMendIt) {
+  const Config config = two_unknowns();
+  const auto result_of = [&](const std::string& name) {
+    for (const UnknownsCase& which : unknowns_cases(config)) {
+      if (which.name == name) return unknowns_study(config, store(), which, 40).over(50, 250);
+    }
+    ADD_FAILURE() << name;
+    return UnknownsCycle{};
+  };
+  const UnknownsCycle known = result_of("ekf, one unknown, choroid known");
+  const UnknownsCycle assumed = result_of("ekf, one unknown, choroid assumed 1");
+  const UnknownsCycle two = result_of("ekf, two unknowns");
+  const UnknownsCycle mhe = result_of("mhe, two unknowns");
+  // Seen over 200 eyes: 0.12 K, 1.41 K, 0.16 K and 0.14 K.
+  EXPECT_LT(known.peak, 0.2);
+  EXPECT_GT(assumed.peak, 0.8);
+  EXPECT_LT(two.peak, 0.3);
+  EXPECT_LT(mhe.peak, 0.3);
+  EXPECT_LT(two.beta, 0.12);
+  EXPECT_LT(mhe.beta, two.beta);
+  const UnknownsCycle dark = result_of("mhe, two unknowns, no light");
+  EXPECT_GT(dark.beta, 0.3) << "nothing is seen without light";
+}
+
+TEST(UnknownsStudy, NeedsAModelWithBoth) {
+  Config config;
+  config.grid.min_cells = 2000;
+  ModelStore models(config, false);
+  EXPECT_THROW(unknowns_study(config, models, unknowns_cases(config).front(), 1), Error);
+}
+
+}  // namespace
+}  // namespace photocoag::testing
