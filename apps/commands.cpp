@@ -141,6 +141,11 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
              treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  if (config.run.goal != Goal::kDuration) {
+    fmt::print(stderr, "goal      {}: {:g} ms held, thermal dose {:.3g}\n",
+               treatment.outcome.goal_reached ? "reached" : "NOT reached",
+               treatment.goal.held() * 1e3, treatment.goal.dose());
+  }
   if (!treatment.log.trouble.empty()) {
     fmt::print(stderr, "ALARM     the log is not complete: {}\n", treatment.log.trouble);
   }

@@ -1,19 +1,41 @@
 // `photocoag faults`: the fault table, row by row.
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "commands.hpp"
 #include "photocoag/core/build_info.hpp"
-#include "photocoag/trials/fault_trials.hpp"
+#include "photocoag/trials/process_trials.hpp"
 #include "progress.hpp"
 
 namespace photocoag {
+namespace {
+
+// In the build tree beside the program, installed in lib/photocoag.
+std::string shim_beside(const std::filesystem::path& program) {
+  const std::filesystem::path folder = program.parent_path();
+  const char* name = "libphotocoag_shim.so";
+  const std::filesystem::path installed = folder.parent_path() / "lib" / "photocoag" / name;
+  return (std::filesystem::exists(folder / name) ? folder / name : installed).string();
+}
+
+}  // namespace
 
 int faults_command(const FaultsOptions& options) {
   if (options.kills > 0 || options.stops > 0) return kill_trials(options);
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
   FaultOptions table{.supervised = !options.without_supervisor, .only = options.row};
-  const std::vector<FaultRow> rows = run_fault_table(
-      table, [](double fraction) { draw_progress("injecting", fraction, "faults"); });
+  const auto progress = [](double fraction) { draw_progress("injecting", fraction, "faults"); };
+  std::vector<FaultRow> rows = run_fault_table(table, progress);
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+  for (FaultRow& row : run_process_faults({.supervised = table.supervised,
+                                           .only = options.row,
+                                           .allocation_step = options.allocation_step,
+                                           .program = program.string(),
+                                           .shim = shim_beside(program)},
+                                          progress)) {
+    rows.push_back(std::move(row));
+  }
   clear_progress();
   if (rows.empty()) {
     fmt::print(stderr, "photocoag: no row {}\n", options.row);

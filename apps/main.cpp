@@ -1,8 +1,10 @@
 // The program `photocoag`: command line only. Commands are in commands.hpp.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <string_view>
 
 #include "commands.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -48,6 +50,14 @@ std::string footer(std::string_view examples) {
       "Exit code: 0 good; 1 finished but a check failed, or stopped; 2 bad input; 3 device "
       "fault.\n{}",
       examples, kResearchNotice);
+}
+
+/// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
+/// that hold a device replace it (rt/last_resort.hpp).
+[[noreturn]] void refuse_to_go_on() noexcept {
+  constexpr std::string_view kSaid = "photocoag: out of memory: the program ends\n";
+  if (write(STDERR_FILENO, kSaid.data(), kSaid.size()) < 0) _exit(kExitBadInput);
+  _exit(kExitBadInput);
 }
 
 int run_command(int argc, char** argv) {
@@ -290,6 +300,11 @@ int run_command(int argc, char** argv) {
                    "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
       ->check(CLI::Range(0, 100000))
       ->type_name("n");
+  faults_app
+      ->add_option("--allocation-step", faults_options.allocation_step,
+                   "row X3: of the program's allocations every n-th fails, one at a time; 1: all")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("n");
   faults_app->footer(
       footer("  photocoag faults\n"
              "  photocoag faults --kills 100\n"
@@ -474,6 +489,7 @@ int run_command(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::set_terminate(refuse_to_go_on);
   try {
     return run_command(argc, argv);
   } catch (const photocoag::Error& error) {

@@ -48,7 +48,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},
     {"trials",
-     {"core", "rom", "fom", "mpc", "qp", "device", "safety", "loop", "faults", "config", "run"}},
+     {"core", "rom", "fom", "mor", "mpc", "qp", "device", "safety", "loop", "log", "rt", "faults",
+      "config", "run"}},
 };
 
 TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {

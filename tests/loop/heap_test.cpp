@@ -17,8 +17,10 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock_pace.hpp"
+#include "photocoag/run/observer.hpp"
 #include "safety/supervisors.hpp"
 #include "support/heap_guard.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -158,8 +160,15 @@ HeapUse use_of_loop(C& pace) {
   std::atomic<std::size_t> progress{0};
   PacedEye device(eye, pace, 1e-3);
   Supervisor supervisor = treating_supervisor(model_1khz());
-  const HeapUse use = use_of(
-      [&] { run_loop(controller, device, supervisor, 1e-3, std::span(records), progress); });
+  // As `treat` does it: with log and histograms.
+  const TemporaryFolder folder;
+  LogWriter log(folder.path() / "log", {.period = 1e-3, .fields = {}},
+                {.ring_records = 16, .write = {}});
+  TreatmentObserver observer(1e-3, true, &log);
+  const HeapUse use = use_of([&] {
+    run_loop(controller, device, supervisor, 1e-3, std::span(records), progress, observer);
+  });
+  EXPECT_EQ(log.close().produced, 20u);
   EXPECT_EQ(progress.load(), 20u);
   return use;
 }

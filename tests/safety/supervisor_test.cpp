@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -201,6 +203,55 @@ TEST(SupervisorGate, NoPlausibleAbsorptionIsOverheated) {
     EXPECT_GT(peak, 28.0) << alpha << ": it may not simply refuse";
     EXPECT_EQ(b.supervisor.status().state, SafetyState::kTreating) << alpha;
   }
+}
+
+/// A warm eye, a last good plan, then a solver that gives no answer.
+struct FallbackBench : Bench {
+  FallbackBench() {
+    for (int k = 0; k < 60; ++k) healthy(0.02);
+  }
+  void good(std::array<double, 2> plan) {
+    supervisor.check(sample(written), {.power = written}, DeviceStatus::kGood);
+    ControllerReport wants = report(0.02);
+    wants.plan = plan;
+    written = supervisor.authorize(wants).power;
+  }
+  Authorization failed(bool restarted = false) {
+    supervisor.check(sample(written), {.power = written}, DeviceStatus::kGood);
+    ControllerReport wants = report(0.09);
+    wants.solve = restarted ? SolveOutcome::kSolved : SolveOutcome::kFailed;
+    wants.restarted = restarted;
+    wants.plan = {0.09, 0.09};  // of a solve that failed: worth nothing
+    const Authorization answer = supervisor.authorize(wants);
+    written = answer.power;
+    return answer;
+  }
+  double steady() { return std::min(written, supervisor.witness().steady_power(30.0)); }
+};
+
+TEST(SupervisorGate, TheFallbackBeginsWithTheLastGoodPlan) {
+  FallbackBench b;
+  b.good({0.017, 0.015});
+  EXPECT_EQ(b.failed().power, 0.017);
+  const Authorization second = b.failed();
+  EXPECT_EQ(second.power, 0.015);
+  EXPECT_EQ(second.reason, SafetyReason::kSolverFailed);
+  EXPECT_EQ(b.failed().power, 0.0) << "at most 2 cycles";
+  EXPECT_EQ(b.supervisor.status().state, SafetyState::kSafeStop);
+}
+
+TEST(SupervisorGate, APlanThatCannotBeTrustedIsNone) {
+  for (const double plan : {kNan, -0.01, 0.1}) {  // 0.1 W would overheat the warm eye
+    FallbackBench b;
+    b.good({plan, plan});
+    EXPECT_EQ(b.failed().power, b.steady()) << plan;
+  }
+  FallbackBench rising;
+  rising.good({0.021, 0.022});
+  EXPECT_EQ(rising.failed().power, 0.02) << "never above the previous power";
+  FallbackBench cold;
+  cold.good({0.001, 0.001});
+  EXPECT_EQ(cold.failed(true).power, cold.steady()) << "made with an estimate that broke down";
 }
 
 TEST(SupervisorLimits, EveryFlippedBitIsSeen) {

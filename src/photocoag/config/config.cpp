@@ -131,6 +131,8 @@ void Config::validate() const {
   require(run.duration <= kMostCycles * control.period, "run.duration_ms", run.duration * 1e3,
           fmt::format("at most {} periods of control.period_ms = {} ms", kMostCycles,
                       control.period * 1e3));
+  require_positive(run.hold * 1e3, kLongestRun * 1e3, "run.hold_ms");
+  require_positive(run.dose, 1e6, "run.dose");
   constexpr auto kMostSeed = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   require(run.seed <= kMostSeed, "run.seed", std::to_string(run.seed), "from 0 to 2^63 - 1");
 }

@@ -62,8 +62,18 @@ struct UncertaintySettings {
   bool operator==(const UncertaintySettings&) const = default;
 };
 
+/// When a treatment is over; run.duration is the longest it may last.
+enum class Goal {
+  kDuration,  ///< run.duration
+  kHold,      ///< the estimated peak was at 95 % of the reference or above for run.hold
+  kDose,      ///< the Arrhenius integral at the estimated peak has reached run.dose
+};
+
 struct RunSettings {
   double duration = 0.25;  ///< s, above 0, at most 60; at least one control period
+  Goal goal = Goal::kDuration;
+  double hold = 0.1;       ///< s, above 0, at most 60
+  double dose = 1.0;       ///< Arrhenius integral (schlott_2012), above 0, at most 1e6
   std::uint64_t seed = 1;  ///< 0 to 2^63 - 1
   bool operator==(const RunSettings&) const = default;
 };

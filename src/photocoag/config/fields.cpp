@@ -330,6 +330,15 @@ std::vector<Field> fields(Config& config) {
   add_photoacoustics(config.photoacoustics, list);
   list.push_back(number("run.duration_ms", config.run.duration, kMilliseconds, {0, 60000, true},
                         "at least one control period, at most 1000000 of them"));
+  list.push_back(word("run.goal", config.run.goal, {"duration", "hold", "dose"},
+                      "what ends the treatment: duration_ms; hold_ms at the reference; the dose. "
+                      "duration_ms is the longest it may last"));
+  list.push_back(number("run.hold_ms", config.run.hold, kMilliseconds, {0, 60000, true},
+                        "with goal \"hold\": time with an estimated peak of at least 95 % of "
+                        "control.peak_reference_K"));
+  list.push_back(number("run.dose", config.run.dose, kOne, {0, 1e6, true},
+                        "with goal \"dose\": Arrhenius integral (schlott_2012) at the estimated "
+                        "peak; 1 stands for damage"));
   list.push_back(integer("run.seed", config.run.seed, 0, std::numeric_limits<std::int64_t>::max(),
                          "of the simulated measurement noise"));
   return list;

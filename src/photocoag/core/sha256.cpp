@@ -1,7 +1,11 @@
 #include "photocoag/core/sha256.hpp"
 
+// The functions of OpenSSL 1.1: those of version 3 set themselves up at their first call, and crash
+// if that finds no memory.
+#define OPENSSL_API_COMPAT 0x10100000L
 #include <fmt/format.h>
-#include <openssl/evp.h>
+#include <openssl/sha.h>
+
 #include <array>
 
 #include "photocoag/core/error.hpp"
@@ -9,13 +13,14 @@
 namespace photocoag {
 
 std::string sha256_hex(std::string_view bytes) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int length = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256_CTX state;
+  if (SHA256_Init(&state) != 1 || SHA256_Update(&state, bytes.data(), bytes.size()) != 1 ||
+      SHA256_Final(digest.data(), &state) != 1) {
     throw Error("SHA-256 failed in the OpenSSL library");
   }
   std::string text;
-  for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+  for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
   return text;
 }
 

@@ -34,7 +34,10 @@ LogWriter::LogWriter(std::filesystem::path folder, LogHeader header, LogOptions 
   }
   try {
     thread_ = std::thread([this] { run(); });
+    sync_thread_ = std::thread([this] { run_sync(); });
   } catch (...) {
+    closing_.store(true, std::memory_order_release);
+    if (thread_.joinable()) thread_.join();
     ::close(file_);
     throw;
   }
@@ -57,6 +60,10 @@ void LogWriter::record(LogRecord& record) noexcept {
 LogTotals LogWriter::close() {
   closing_.store(true, std::memory_order_release);
   thread_.join();
+  all_written_.store(true, std::memory_order_release);
+  sync_thread_.join();
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
   LogTotals totals{.produced = produced_.load(),
                    .written = written_,
                    .dropped = overflow_.load() + lost_};
@@ -72,22 +79,33 @@ LogTotals LogWriter::close() {
 }
 
 void LogWriter::run() noexcept {
-  std::int64_t synced = monotonic_ns();
-  bool dirty = true;
   for (bool last = false; !last;) {
     last = closing_.load(std::memory_order_acquire);
-    while (drain() > 0) dirty = true;
-    if (last) write_block(0, BlockHeader::kLast);
-    const std::int64_t now = monotonic_ns();
-    if (last || (dirty && now - synced >= options_.sync_ns)) {
-      if (file_ >= 0) ::fdatasync(file_);
-      synced = now;
-      dirty = false;
+    while (drain() > 0) {
+    }
+    if (last) {
+      write_block(0, BlockHeader::kLast);
+    } else {
+      wait_until(monotonic_ns() + options_.look_ns);
+    }
+  }
+}
+
+void LogWriter::run_sync() noexcept {
+  std::int64_t next = monotonic_ns();
+  for (bool last = false; !last;) {
+    last = all_written_.load(std::memory_order_acquire);
+    if (const std::int64_t now = monotonic_ns(); last || now >= next) {
+      const int retired = retired_.exchange(-1);
+      const int current = to_sync_.load();
+      for (const int file : {retired, current}) {
+        if (file >= 0) ::fdatasync(file);
+      }
+      if (retired >= 0) ::close(retired);
+      next = now + options_.sync_ns;
     }
     if (!last) wait_until(monotonic_ns() + options_.look_ns);
   }
-  if (file_ >= 0) ::close(file_);
-  file_ = -1;
 }
 
 std::size_t LogWriter::drain() noexcept {
@@ -111,11 +129,10 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
   }
   seal_block(std::span(block_).first(size));
   if (segment_size_ + size > options_.segment_bytes && records > 0) {
-    if (file_ >= 0) {
-      ::fdatasync(file_);
-      ::close(file_);
-      file_ = -1;
-    }
+    to_sync_.store(-1);
+    const int unsynced = retired_.exchange(file_);
+    if (unsynced >= 0) ::close(unsynced);  // two segments in one look: the disk is far behind
+    file_ = -1;
     ++header_.segment;
   }
   if ((file_ >= 0 || open_segment()) && write_all(block_.data(), size)) {
@@ -151,7 +168,10 @@ bool LogWriter::open_segment() noexcept {
     file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_APPEND, 0644);
     if (file_ < 0) return false;
     segment_size_ = header.size();
-    if (write_all(reinterpret_cast<const std::byte*>(header.data()), header.size())) return true;
+    if (write_all(reinterpret_cast<const std::byte*>(header.data()), header.size())) {
+      to_sync_.store(file_);
+      return true;
+    }
     const int why = errno;
     ::close(file_);
     ::unlink(name.c_str());

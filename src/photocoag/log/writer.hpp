@@ -1,5 +1,6 @@
 // Role: online; from the loop to the disk without ever making the loop wait. The loop's thread puts
-// records into a ring; a thread of its own writes them to append-only segments. Used by run.
+// records into a ring; a thread of its own writes them to append-only segments, another one forces
+// them to the medium, which may take long. Used by run.
 // Source: docs/realtime.md. Real time: record() is noexcept, wait-free, allocation-free; the rest
 // blocks and may throw. Threads: record() from one thread; open and close from the owner's.
 #pragma once
@@ -53,6 +54,7 @@ class LogWriter {
 
  private:
   void run() noexcept;
+  void run_sync() noexcept;
   std::size_t drain() noexcept;
   void write_block(std::size_t records, std::uint32_t flags) noexcept;
   bool write_all(const std::byte* bytes, std::size_t count) noexcept;
@@ -65,6 +67,8 @@ class LogWriter {
   std::vector<LogRecord> batch_;
   std::vector<std::byte> block_;
   int file_ = -1;
+  std::atomic<int> to_sync_{-1};  // the same for the other thread
+  std::atomic<int> retired_{-1};  // a full segment: that thread closes it
   std::size_t segment_size_ = 0;  // bytes of complete blocks
   std::uint64_t written_ = 0;
   std::uint64_t lost_ = 0;  // taken from the ring, not written
@@ -74,7 +78,9 @@ class LogWriter {
   std::atomic<std::uint64_t> overflow_{0};
   std::atomic<bool> failed_{false};
   std::atomic<bool> closing_{false};
+  std::atomic<bool> all_written_{false};
   std::thread thread_;
+  std::thread sync_thread_;
 };
 
 /// True if the folder's disk has room for so many bytes.

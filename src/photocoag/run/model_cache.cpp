@@ -155,6 +155,15 @@ void check_fits(const ReducedModel& model, const Config& config) {
                              to_string(model.discretization)),
         .accepted = "the model's discretization, or a model made for this one"});
   }
+  const double initial = config.estimator.absorption_initial;
+  if (!(initial >= model.absorption_min && initial <= model.absorption_max)) {
+    throw Error(ErrorParts{.where = file,
+                           .key = "estimator.absorption_initial",
+                           .problem = "outside the absorption factors that the model is made for",
+                           .found = fmt::format("{:g}", initial),
+                           .accepted = fmt::format("from {:g} to {:g}, or another model",
+                                                   model.absorption_min, model.absorption_max)});
+  }
   if (!(model.tissue == config.tissue)) {
     throw Error(ErrorParts{
         .where = file,

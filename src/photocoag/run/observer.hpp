@@ -10,6 +10,7 @@
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock.hpp"
 #include "photocoag/run/cycle_log.hpp"
+#include "photocoag/run/goal.hpp"
 
 namespace photocoag {
 
@@ -27,8 +28,9 @@ struct CycleHistograms {
 class TreatmentObserver {
  public:
   /// log: may be null. timed: the device's clock is the monotonic one.
-  TreatmentObserver(double period, bool timed, LogWriter* log)
-      : period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)),
+  TreatmentObserver(double period, bool timed, LogWriter* log, const GoalWatch& goal = {})
+      : goal_(goal),
+        period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)),
         timed_(timed),
         log_(log),
         histograms_(timed ? period : 0.0) {}
@@ -49,7 +51,11 @@ class TreatmentObserver {
     if (timed_) measure(end.sample, logged);
     if (log_ != nullptr) log_->record(logged);
   }
-  bool goal_reached(const CycleRecord&) noexcept { return false; }
+  bool goal_reached(const CycleRecord& record) noexcept {
+    goal_.add(record.estimate.outputs.peak);
+    return goal_.reached();
+  }
+  const GoalWatch& goal() const noexcept { return goal_; }
 
   const CycleHistograms& histograms() const noexcept { return histograms_; }
 
@@ -71,6 +77,7 @@ class TreatmentObserver {
     histograms_.slack.add(logged.slack);
   }
 
+  GoalWatch goal_;
   std::int64_t period_ns_;
   bool timed_;
   LogWriter* log_;

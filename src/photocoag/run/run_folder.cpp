@@ -207,6 +207,12 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
       {"loop_wall_s", treatment.wall_seconds},
   };
   if (numbers.choroid_error_final) summary["choroid_error_final"] = *numbers.choroid_error_final;
+  if (config.run.goal != Goal::kDuration) {
+    summary["goal"] = {{"kind", config.run.goal == Goal::kHold ? "hold" : "dose"},
+                       {"reached", treatment.outcome.goal_reached},
+                       {"held_ms", treatment.goal.held() * 1e3},
+                       {"dose", treatment.goal.dose()}};
+  }
   for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
     summary["thermal_dose"][std::string(kPublishedDamage[i].name)] = numbers.thermal_dose[i];
   }

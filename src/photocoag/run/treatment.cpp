@@ -72,7 +72,7 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
                const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
   auto& [pacing, stop, progress, log, options] = around;
-  TreatmentObserver observer(period, pacing == Pacing::kClock, log);
+  TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config));
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
     VirtualPace pace(stop);
@@ -94,6 +94,7 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
     treatment.timing = pace.timing();
     treatment.histograms = observer.histograms();
   }
+  treatment.goal = observer.goal();
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   treatment.wall_seconds = wall.count();
   treatment.records.resize(treatment.outcome.cycles);

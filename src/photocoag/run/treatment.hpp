@@ -44,6 +44,7 @@ struct Treatment {
   LoopTiming timing;           ///< empty in virtual time
   CycleHistograms histograms;  ///< empty in virtual time
   LogOutcome log;
+  GoalWatch goal;
   bool recovered = false;     ///< from the log of a program that ended early
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
   double wall_seconds = 0.0;  ///< of the loop alone

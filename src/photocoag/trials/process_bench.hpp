@@ -1,0 +1,76 @@
+// Role: tests of safety; what the process rows of one absorption share. Used by trials.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/supervision.hpp"
+#include "photocoag/trials/process_trials.hpp"
+
+namespace photocoag {
+
+struct ProcessBench {
+  ProcessBench(const ProcessFaultOptions& options, double absorption)
+      : config(load_config("", {"safety.real_time=enforce",
+                                "grid.min_cells=" + std::to_string(options.min_cells)})),
+        models(config, true),
+        model(models.reduced()),
+        witness(witness_model(model, config.estimator.absorption_min,
+                              config.estimator.absorption_max)),
+        eye(models.plant_full(), config.plant.discretization, config.control.period, absorption),
+        controller(model, config.control, config.estimator) {
+    config.plant.absorption_factor = absorption;
+  }
+
+  SimulatedEye<FullOrderPlant> fresh_eye(std::uint64_t seed) const {
+    return SimulatedEye<FullOrderPlant>(eye, config.plant.noise, seed);
+  }
+
+  /// Ready to treat. The self-test is a good one but for what the caller says.
+  Supervisor supervisor(const SafetyLimits& limits, bool log_has_room = true) const {
+    Supervisor supervisor(limits, witness);
+    supervisor.power_on();
+    supervisor.finish_self_test({.samples = 64,
+                                 .sigma = limits.noise,
+                                 .watchdog_tripped = true,
+                                 .model_matches = true,
+                                 .solver_exact = true,
+                                 .log_has_room = log_has_room});
+    supervisor.ready();
+    supervisor.begin(true);
+    return supervisor;
+  }
+
+  Config config;
+  ModelStore models;
+  const ReducedModel& model;
+  WitnessModel witness;
+  FullOrderPlant eye;  // cold
+  Controller controller;
+};
+
+/// A folder that is gone at the end.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name =
+        (std::filesystem::temp_directory_path() / "photocoag_faults_XXXXXX").string();
+    path_ = mkdtemp(name.data()) == nullptr ? std::filesystem::path() : std::filesystem::path(name);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace photocoag
