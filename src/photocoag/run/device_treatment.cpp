@@ -29,7 +29,7 @@ namespace photocoag {
 namespace {
 
 using Mpc = ModelPredictiveController<DenseSolver>;
-constexpr double kStall = 0.1;  // s, that a simulated eye and its controller may stand still
+constexpr double kStall = 0.5;  // s, that a simulated eye and its controller may stand still
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // A device that cannot be had is a device's fault, not bad input.
@@ -121,6 +121,8 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     return loop(none);
   }
   SafetyLimits limits = safety_limits(config);
+  // A device holds its power when a write is missed, whatever scheduling there is.
+  limits.hold_excess = std::min(limits.hold_excess, 1.0);
   if (kEye && config.safety.real_time == RealTimeMode::kObserve) {
     limits.overruns_in_a_row_max = std::max(
         limits.overruns_in_a_row_max, static_cast<std::int64_t>(kStall / config.control.period));
