@@ -55,7 +55,7 @@ TEST(PulsedTissue, EqualsAVeryShortConstantPower) {
     }
     tissue.pulse(energy);
     const Outputs exact = stepper.outputs(weights);
-    // 1 ns of 100 us; modes gone within the period to 1e-12.
+    // 1 ns of 100 us; modes gone within the period to 1e-6.
     EXPECT_NEAR(tissue.before().peak, exact.peak, 1e-4 * std::abs(exact.peak) + 1e-9);
     EXPECT_NEAR(tissue.before().volume, exact.volume, 1e-4 * exact.volume + 1e-9);
     EXPECT_NEAR(tissue.peak_after(), peak_after, 1e-3 * peak_after + 1e-9);

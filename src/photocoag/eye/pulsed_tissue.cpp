@@ -71,7 +71,7 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
 }
 
 void PulsedTissue::prepare_modes(double pulse_period) {
-  constexpr double kGone = 1e-12;
+  constexpr double kGone = 1e-6;  // of the pulse's own 4 K: some uK
   constexpr double kSlow = 1e-3;
   const VectorXd& radial = model_->radial().rates;
   const VectorXd& axial = model_->axial().rates;

@@ -15,7 +15,7 @@ namespace photocoag {
 
 /// State as in ModalStepper (per mode and per unit of the mode's source). A pulse of energy E adds
 /// E to every mode at once (its heat has no time to flow), the rest of the pulse period lets mode
-/// of rate l decay: s+ = exp(-l h) (s + E), exactly. Modes gone after one period (to 1e-12) have no
+/// of rate l decay: s+ = exp(-l h) (s + E), exactly. Modes gone after one period (to 1e-6) have no
 /// state. Needs a separable model.
 class PulsedTissue {
  public:
