@@ -1,7 +1,7 @@
 // `photocoag calibrate`: a calibration curve from heating data.
 #include <fmt/format.h>
 
-#include "commands.hpp"
+#include "device_commands.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"

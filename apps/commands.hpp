@@ -111,21 +111,6 @@ struct BenchOptions {
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
-struct EyeOptions : CommonOptions {
-  std::string socket = "photocoag-eye.sock";
-  bool once = false;                ///< end with the first controller
-  std::vector<std::string> faults;  ///< "ID@cycle", or files of them
-  std::string tell;                 ///< no eye: send this line to the one at `socket`
-};
-
-struct CalibrateOptions : CommonOptions {
-  std::string data;     ///< CSV file
-  std::string out;      ///< TOML file; empty: standard output
-  std::string example;  ///< write example data there
-  int degree = 0;       ///< 0: chosen
-  int rows = 400;       ///< of the example
-};
-
 int treat(const RunOptions& options);
 int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
@@ -146,7 +131,5 @@ int latency_command(const LatencyOptions& options);
 int convert_command(const ConvertOptions& options);
 int kill_trials(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
-int eye_command(const EyeOptions& options);
-int calibrate_command(const CalibrateOptions& options);
 
 }  // namespace photocoag

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <csignal>
 
-#include "commands.hpp"
+#include "device_commands.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"

@@ -97,6 +97,14 @@ noise_K             = 0.288
 zero_power_sample = "measured"
 discretization      = "zero-order-hold"
 
+[photoacoustics]
+sampling         = "instant"
+calibration      = ""
+pulse_period_ms  = 0.1
+baseline_pulses  = 2000
+eye_calibration  = ""
+eye_noise        = "temperature"
+
 [run]
 duration_ms = 250.0
 seed        = 1

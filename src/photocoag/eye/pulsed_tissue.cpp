@@ -71,7 +71,7 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
 }
 
 void PulsedTissue::prepare_modes(double pulse_period) {
-  constexpr double kGone = 1e-12;
+  constexpr double kGone = 1e-6;  // of the pulse's own 4 K: some uK
   constexpr double kSlow = 1e-3;
   const VectorXd& radial = model_->radial().rates;
   const VectorXd& axial = model_->axial().rates;
@@ -114,12 +114,13 @@ void PulsedTissue::prepare_curved(double absorption_factor) {
   }
   const VectorXd source = model_->axial_source(absorption_factor) * model_->input_gain();
   depth_weight_ = group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
-  ring_profile_ = MatrixXd::Zero(axial.size(), kRings);
+  ring_profile_ = MatrixXd::Zero(axial.size(), kRingsPerPulse);
   temperatures_ = MatrixXd::Zero(kDepths, kRings);
 }
 
 void PulsedTissue::reset() noexcept {
   std::fill(state_.begin(), state_.end(), 0.0);
+  temperatures_.setZero();
   before_ = mean_ = {};
   peak_after_ = 0.0;
 }
@@ -163,18 +164,22 @@ void PulsedTissue::pulse(double energy) noexcept {
 double PulsedTissue::signal() noexcept {
   const double mean = curve_.value(ambient_ + before_.volume);
   if (curve_.linear()) return mean;  // the mean of the curve is the curve of the mean
+  // Two rings per pulse: the bend changes little within three pulses, and the time is bounded.
   ring_profile_.setZero();
+  const Index first = next_ring_;
+  next_ring_ = (next_ring_ + kRingsPerPulse) % kRings;
   const double* state = state_.data();
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Index modes = slow_[i];
-    for (Index k = 0; k < kRings; ++k) {
-      const double weight = ring_weight_(k, static_cast<Index>(i));
+    for (Index k = 0; k < kRingsPerPulse; ++k) {
+      const double weight = ring_weight_(first + k, static_cast<Index>(i));
       double* __restrict profile = ring_profile_.col(k).data();
       for (Index j = 0; j < modes; ++j) profile[j] += weight * state[j];
     }
     state += active_[i];
   }
-  temperatures_.noalias() = depth_weight_.lazyProduct(ring_profile_);
+  temperatures_.middleCols(first, kRingsPerPulse).noalias() =
+      depth_weight_.lazyProduct(ring_profile_);
   double of_curve = 0.0;
   double of_temperature = 0.0;
   for (Index k = 0; k < kRings; ++k) {

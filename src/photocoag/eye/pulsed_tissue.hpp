@@ -15,7 +15,7 @@ namespace photocoag {
 
 /// State as in ModalStepper (per mode and per unit of the mode's source). A pulse of energy E adds
 /// E to every mode at once (its heat has no time to flow), the rest of the pulse period lets mode
-/// of rate l decay: s+ = exp(-l h) (s + E), exactly. Modes gone after one period (to 1e-12) have no
+/// of rate l decay: s+ = exp(-l h) (s + E), exactly. Modes gone after one period (to 1e-6) have no
 /// state. Needs a separable model.
 class PulsedTissue {
  public:
@@ -33,12 +33,13 @@ class PulsedTissue {
   Outputs mean() const noexcept { return mean_; }
   /// Right after the last pulse, K.
   double peak_after() const noexcept { return peak_after_; }
-  /// Gamma just before the next pulse, weighted over depth and beam: (P8).
+  /// Gamma just before the next pulse, weighted over depth and beam: (P8). Once per pulse.
   double signal() noexcept;
   std::size_t states() const noexcept { return model_->states(); }
 
  private:
-  static constexpr Eigen::Index kRings = 6;    // groups of radial cells of equal beam power
+  static constexpr Eigen::Index kRings = 6;  // groups of radial cells of equal beam power
+  static constexpr Eigen::Index kRingsPerPulse = 2;
   static constexpr Eigen::Index kDepths = 16;  // groups of axial cells of equal absorption
   void prepare_modes(double pulse_period);
   void prepare_curved(double absorption_factor);
@@ -67,8 +68,9 @@ class PulsedTissue {
   std::vector<Eigen::Index> slow_;  // per radial mode: the first so many axial modes matter
   Eigen::MatrixXd ring_weight_;     // rings x radial modes
   Eigen::MatrixXd depth_weight_;    // depths x axial modes
-  Eigen::MatrixXd ring_profile_;    // axial modes x rings
-  Eigen::MatrixXd temperatures_;    // depths x rings
+  Eigen::Index next_ring_ = 0;
+  Eigen::MatrixXd ring_profile_;  // axial modes x rings of one pulse
+  Eigen::MatrixXd temperatures_;  // depths x rings
   Eigen::VectorXd ring_share_;
   Eigen::VectorXd depth_share_;
 };

@@ -229,6 +229,16 @@ const std::vector<PeriodTruth>& EyeDevice::finish_truth() noexcept {
   return truth_;
 }
 
+// An answer that comes too late for the power of its period is history, whether the next one is
+// there already or not: a power that misses many pulses would not be the one that was decided.
+std::uint64_t EyeDevice::periods_too_late(std::int64_t age_ns) const noexcept {
+  const auto period_ns = static_cast<std::int64_t>(per_period_) * pulse_ns_;
+  const std::int64_t missed_pulses = per_period_ > 1 ? period_ns / 5 : 0;
+  const std::int64_t slack =
+      std::min(period_ns * 7 / 5, pulse_ns_ + missed_pulses + settings_.delay * period_ns);
+  return age_ns <= slack ? 0 : 1 + static_cast<std::uint64_t>((age_ns - slack) / period_ns);
+}
+
 DeviceSample EyeDevice::wait_sample(std::uint64_t) noexcept {
   const std::uint64_t period = first_ + delivered_;
   const std::uint64_t end = (period + 1) * per_period_;
@@ -251,10 +261,11 @@ DeviceSample EyeDevice::wait_sample(std::uint64_t) noexcept {
   PulseRecord last;
   if (record(end - 1, last)) sample.time_ns = last.time_ns;
   sample.raw = raw_;
-  const std::uint64_t published = memory_->pulses.load(std::memory_order_acquire);
-  sample.periods_behind = static_cast<std::uint32_t>(
-      std::min<std::uint64_t>((published - end) / per_period_, 1'000'000));
   sample.now_ns = monotonic_ns();
+  const std::uint64_t published = memory_->pulses.load(std::memory_order_acquire);
+  const std::uint64_t old = periods_too_late(sample.now_ns - due_ns(end - 1));
+  sample.periods_behind = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(std::max((published - end) / per_period_, old), 1'000'000));
   if (sample.periods_behind == 0) {
     sample.volume_temperature = last_.volume_temperature;
     sample.saturated = 2 * last_.saturated > static_cast<int>(per_period_);

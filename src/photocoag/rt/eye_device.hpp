@@ -63,6 +63,7 @@ class EyeDevice {
   bool pump() noexcept;
   bool wait_for(std::uint64_t pulses, std::int64_t deadline_ns) noexcept;
   void read_period(std::uint64_t first) noexcept;
+  std::uint64_t periods_too_late(std::int64_t age_ns) const noexcept;
   void keep_truth(std::uint64_t period) noexcept;
   bool record(std::uint64_t number, PulseRecord& out) const noexcept;
   std::int64_t due_ns(std::uint64_t pulse) const noexcept;

@@ -29,6 +29,7 @@ namespace photocoag {
 namespace {
 
 using Mpc = ModelPredictiveController<DenseSolver>;
+constexpr double kStall = 0.5;  // s, that a simulated eye and its controller may stand still
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // A device that cannot be had is a device's fault, not bad input.
@@ -119,7 +120,14 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     Unsupervised none;
     return loop(none);
   }
-  Supervisor supervisor(safety_limits(config), witness);
+  SafetyLimits limits = safety_limits(config);
+  // A device holds its power when a write is missed, whatever scheduling there is.
+  limits.hold_excess = std::min(limits.hold_excess, 1.0);
+  if (kEye && config.safety.real_time == RealTimeMode::kObserve) {
+    limits.overruns_in_a_row_max = std::max(
+        limits.overruns_in_a_row_max, static_cast<std::int64_t>(kStall / config.control.period));
+  }
+  Supervisor supervisor(limits, witness);
   supervisor.power_on();
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw DeviceError(ErrorParts{
@@ -141,7 +149,9 @@ WitnessModel witness_of(const Config& config, const ReducedModel& model) {
 // Observe takes what scheduling it gets, and waits for an eye that did not get any; enforce does
 // not.
 double patience_of(const Config& config) {
-  return config.safety.real_time == RealTimeMode::kEnforce ? 1.5 : 100.0;
+  return config.safety.real_time == RealTimeMode::kEnforce
+             ? 1.5
+             : std::max(1.5, kStall / config.control.period);
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
