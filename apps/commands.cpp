@@ -223,8 +223,9 @@ int run(const RunOptions& options, Pacing pacing) {
     const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
                               config.cycles());
     const fs::path log = pacing == Pacing::kClock ? folder / "log" : fs::path();
-    treatment = device ? run_device_treatment(controlled, *device, models, stop_requested, done)
-                       : run_treatment(controlled, models, pacing, stop_requested, done, log);
+    treatment = device
+                    ? run_device_treatment(controlled, *device, models, stop_requested, done, log)
+                    : run_treatment(controlled, models, pacing, stop_requested, done, log);
   }
   bool complete = true;
   try {

@@ -14,6 +14,7 @@
 #include <exception>
 #include <limits>
 #include <optional>
+#include <span>
 #include <thread>
 
 #include "photocoag/rt/continued_device.hpp"
@@ -22,8 +23,10 @@
 #include "photocoag/rt/last_resort.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/calibration_file.hpp"
+#include "photocoag/run/observer.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
+#include "photocoag/run/treatment_log.hpp"
 
 namespace photocoag {
 namespace {
@@ -51,7 +54,7 @@ struct Served {
 
 // Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW, and time to cool down.
 template <Device D>
-SelfTestReport self_test(D& device, int delay, Served& served) {
+SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served) {
   constexpr std::size_t kSamples = 64;
   constexpr std::uint64_t kMostCycles = 512;
   constexpr double kLittle = 1e-3;  // W
@@ -91,26 +94,36 @@ SelfTestReport self_test(D& device, int delay, Served& served) {
   write(0.0);
   report.model_matches = true;  // ModelStore has refused any other
   report.solver_exact = solver_is_exact();
-  report.log_has_room = true;  // the records' memory is there
+  report.log_has_room = log_has_room;
   return report;
 }
 
+/// What every treatment gets from its caller.
+struct Surroundings {
+  const std::atomic<bool>& stop;
+  std::atomic<std::size_t>& progress;
+  LogWriter& log;
+};
+
 template <Controlling C, Device D>
 void treat_with(const Config& config, C& controller, D& device, WitnessModel witness,
-                const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-                Treatment& treatment) {
+                const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
   Served served;
   constexpr bool kEye = std::is_same_v<D, EyeDevice>;
   if constexpr (kEye) device.begin(0);
-  const SelfTestReport report = self_test(device, config.control.delay, served);
+  const SelfTestReport report =
+      self_test(device, config.control.delay, around.log.healthy(), served);
   const auto loop = [&](auto& supervisor) {
     ContinuedDevice continued(device, kEye ? 0 : served.cycles, served.token, config.cycles(),
-                              stop);
+                              around.stop);
+    TreatmentObserver observer(period, true, &around.log, GoalWatch(config));
     if constexpr (kEye) device.begin(config.cycles());
     const auto begin = std::chrono::steady_clock::now();
-    treatment.outcome =
-        run_loop(controller, continued, supervisor, period, treatment.records, progress);
+    treatment.outcome = run_loop(controller, continued, supervisor, period,
+                                 std::span(treatment.records), around.progress, observer);
+    treatment.histograms = observer.histograms();
+    treatment.goal = observer.goal();
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
     treatment.wall_seconds = wall.count();
     treatment.timing = continued.timing();
@@ -155,8 +168,7 @@ double patience_of(const Config& config) {
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-               const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-               Treatment& treatment) {
+               const Surroundings& around, Treatment& treatment) {
   const int pulses = pulses_per_period(config);
   const GrueneisenCurve curve(load_curve(config.photoacoustics.calibration));
   std::optional<EyeDevice> place;
@@ -183,7 +195,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
   WitnessModel witness = witness_of(config, model);
   see_pulses(witness, pulses);
   BasicController<Mpc> controller(seen_by_pulses(model, pulses), config.control, config.estimator);
-  treat_with(config, controller, device, witness, stop, progress, treatment);
+  treat_with(config, controller, device, witness, around, treatment);
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = address.over_socket ? "eye, socket" : "eye, shared memory",
                       .pulses_per_period = pulses,
@@ -205,8 +217,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
 }
 
 void treat_driver(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-                  const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-                  Treatment& treatment) {
+                  const Surroundings& around, Treatment& treatment) {
   const bool strict = config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
   std::optional<DriverDevice> place;
   of_the_device(
@@ -216,7 +227,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
   treatment.device =
       DeviceReport{.name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}};
   BasicController<Mpc> controller(model, config.control, config.estimator);
-  treat_with(config, controller, device, witness_of(config, model), stop, progress, treatment);
+  treat_with(config, controller, device, witness_of(config, model), around, treatment);
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);
 }
@@ -325,8 +336,11 @@ EyeProcess::~EyeProcess() {
 
 Treatment run_device_treatment(const Config& config, const DeviceAddress& device,
                                ModelStore& models, const std::atomic<bool>& stop,
-                               std::atomic<std::size_t>& progress) {
+                               std::atomic<std::size_t>& progress,
+                               const std::filesystem::path& log_folder) {
   const ReducedModel& model = models.reduced();
+  const auto log = start_log(config, models, log_folder);
+  const Surroundings around{stop, progress, *log};
   Treatment treatment;
   treatment.records.resize(config.cycles());
   treatment.full_order_states = model.full_order_states;
@@ -336,9 +350,9 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
     treatment.scheduling = request_real_time().describe();
     try {
       if (device.eye()) {
-        treat_eye(config, device, model, stop, progress, treatment);
+        treat_eye(config, device, model, around, treatment);
       } else {
-        treat_driver(config, device, model, stop, progress, treatment);
+        treat_driver(config, device, model, around, treatment);
       }
     } catch (...) {
       failure = std::current_exception();
@@ -346,6 +360,7 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
   });
   loop.join();
   if (failure) std::rethrow_exception(failure);
+  treatment.log = finish_log(*log);
   return treatment;
 }
 

@@ -65,7 +65,8 @@ class EyeProcess {
 /// Self-test and treatment on the device. Throws DeviceError before the loop only.
 Treatment run_device_treatment(const Config& config, const DeviceAddress& device,
                                ModelStore& models, const std::atomic<bool>& stop,
-                               std::atomic<std::size_t>& progress);
+                               std::atomic<std::size_t>& progress,
+                               const std::filesystem::path& log_folder);
 
 /// True if the supervisor stopped for something that the device did.
 bool is_device_fault(SafetyReason reason) noexcept;

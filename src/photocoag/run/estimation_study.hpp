@@ -21,29 +21,29 @@ struct EstimationScenario {
   /// alpha drawn from the estimator's prior (else uniformly from [0.35, 1.5]), and on a reduced eye
   /// the unknown power that the estimator expects.
   bool matched_noise = false;
-  double prior_sigma = 0.0;       ///< of alpha, for the estimator too; 0: the configuration's
-  bool dark = false;              ///< 0 W throughout instead of the controller's power
-  double outliers = 0.0;          ///< probability that a sample is off by +-20 K
-  double missing = 0.0;           ///< probability that there is no sample
-  std::size_t gap_begin = 0;      ///< no samples in cycles [gap_begin, gap_end)
+  double prior_sigma = 0.0;   ///< of alpha, for the estimator too; 0: the configuration's
+  bool dark = false;          ///< 0 W throughout instead of the controller's power
+  double outliers = 0.0;      ///< probability that a sample is off by +-20 K
+  double missing = 0.0;       ///< probability that there is no sample
+  std::size_t gap_begin = 0;  ///< no samples in cycles [gap_begin, gap_end)
   std::size_t gap_end = 0;
-  std::size_t bias_begin = 0;     ///< from this cycle on …
-  double bias = 0.0;              ///< … K are added to every sample, for a change that lasts
+  std::size_t bias_begin = 0;  ///< from this cycle on …
+  double bias = 0.0;           ///< … K are added to every sample, for a change that lasts
 };
 
 /// Means over all eyes at the end of one cycle; a squared error counts in units of the variance
 /// that the estimator states, so that 1 is consistent.
 struct EstimationCycle {
-  double nis = 0.0;         ///< innovation, over the samples that were there
-  double nees = 0.0;        ///< (x, alpha) together per dimension; reduced eyes only, else 0
-  double nees_alpha = 0.0;  ///< absorption factor
-  double nees_peak = 0.0;   ///< peak temperature
-  double rms_alpha = 0.0;   ///< root mean square of estimate / truth - 1
-  double rms_peak = 0.0;    ///< K, root mean square error of the peak
-  double sigma_alpha = 0.0; ///< mean of the stated standard deviation
-  double moved_alpha = 0.0; ///< root mean square of estimate - initial value
-  double rejected = 0.0;    ///< part of the samples that the gate rejected
-  double used = 0.0;        ///< samples over all eyes that the estimator used
+  double nis = 0.0;          ///< innovation, over the samples that were there
+  double nees = 0.0;         ///< (x, alpha) together per dimension; reduced eyes only, else 0
+  double nees_alpha = 0.0;   ///< absorption factor
+  double nees_peak = 0.0;    ///< peak temperature
+  double rms_alpha = 0.0;    ///< root mean square of estimate / truth - 1
+  double rms_peak = 0.0;     ///< K, root mean square error of the peak
+  double sigma_alpha = 0.0;  ///< mean of the stated standard deviation
+  double moved_alpha = 0.0;  ///< root mean square of estimate - initial value
+  double rejected = 0.0;     ///< part of the samples that the gate rejected
+  double used = 0.0;         ///< samples over all eyes that the estimator used
 };
 
 struct EstimationStatistics {

@@ -1,7 +1,7 @@
-// Role: online; when a treatment has had what it needs. Used by run. Source: docs/equations.md (E24)
-// for the dose. Judged by the estimate, as the true peak cannot be measured: a limit that must hold
-// whatever the estimate says is the supervisor's (safety.thermal_dose_max). Real time: reached() is
-// noexcept, no allocation.
+// Role: online; when a treatment has had what it needs. Used by run. Source: docs/equations.md
+// (E24) for the dose. Judged by the estimate, as the true peak cannot be measured: a limit that
+// must hold whatever the estimate says is the supervisor's (safety.thermal_dose_max). Real time:
+// reached() is noexcept, no allocation.
 #pragma once
 
 #include "photocoag/config/config.hpp"

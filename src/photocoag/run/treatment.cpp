@@ -8,17 +8,15 @@
 #include <optional>
 #include <thread>
 
-#include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/sha256.hpp"
 #include "photocoag/fom/stepper.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
-#include "photocoag/rom/file.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/supervision.hpp"
+#include "photocoag/run/treatment_log.hpp"
 
 namespace photocoag {
 namespace {
@@ -178,19 +176,6 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   return treatment;
 }
 
-LogHeader log_header(const Config& config, ModelStore& models) {
-  const std::size_t states = config.plant.model == PlantModel::kFull
-                                 ? models.plant_full()->states()
-                                 : models.reduced().full_order_states;
-  return {.program = fmt::format("photocoag {} {}", version(), source_hash()),
-          .config_sha256 = config_sha256(models.config()),
-          .model_sha256 = sha256_hex(to_json(models.reduced())),
-          .period = config.control.period,
-          .planned_cycles = static_cast<std::int64_t>(config.cycles()),
-          .full_order_states = static_cast<std::int64_t>(states),
-          .fields = {}};
-}
-
 Treatment treat(const Config& config, const ReducedModel& model, const EyeModel& eye,
                 const Surroundings& around) {
 #if PHOTOCOAG_HAS_OSQP
@@ -233,20 +218,10 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
   if (log_folder.empty()) {
     return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured});
   }
-  if (log_options.ring_records == 0) {
-    log_options.ring_records = static_cast<std::size_t>(std::ceil(1.0 / config.control.period));
-  }
-  LogWriter log(log_folder, log_header(config, models), std::move(log_options));
-  const std::uint64_t bytes = 2 * sizeof(LogRecord) * config.cycles();
-  if (!disk_has_room(log_folder, bytes)) {
-    throw Error(ErrorParts{.where = log_folder.string(),
-                           .problem = "the disk has no room for the log",
-                           .accepted = fmt::format("{} bytes free", bytes)});
-  }
-  Treatment treatment = treat(config, model, eye, {pacing, stop, progress, &log, as_configured});
-  treatment.log.totals = log.close();
-  treatment.log.segments = log.segments();
-  treatment.log.trouble = log.trouble();
+  const auto log = start_log(config, models, log_folder, std::move(log_options));
+  Treatment treatment =
+      treat(config, model, eye, {pacing, stop, progress, log.get(), as_configured});
+  treatment.log = finish_log(*log);
   return treatment;
 }
 
