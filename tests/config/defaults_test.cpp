@@ -43,6 +43,12 @@ absorption_process_noise = 1e-5
 measurement_noise_K      = 0.288
 power_process_noise_W    = 4e-4
 outlier_sigma            = 6.0
+unknowns = "rpe"
+choroid_initial = 1.0
+choroid_sigma_initial = 0.3
+choroid_min = 0.4
+choroid_max = 2.5
+choroid_process_noise = 1e-5
 
 [safety]
 supervisor       = "on"
@@ -60,6 +66,8 @@ method              = "pod-deim"
 refinement          = "output-error"
 parameter_dependence = "deim"
 parameter_terms      = 0
+choroid_min = 0.5
+choroid_max = 2.0
 
 [grid]
 min_cells = 80000
@@ -93,6 +101,7 @@ absorption_relative  = 0.0
 [plant]                            # the simulated eye
 model               = "full"       # or "reduced"
 absorption_factor   = 1.1          # the true alpha
+choroid_factor = 1.0
 noise_K             = 0.288
 zero_power_sample = "measured"
 discretization      = "zero-order-hold"

@@ -5,6 +5,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/mor/deim.hpp"
+#include "photocoag/mor/theta_derivatives.hpp"
 #include "photocoag/tissue/absorption_derivatives.hpp"
 
 namespace photocoag {
@@ -152,6 +153,7 @@ std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
 }
 
 Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at) {
+  if (theta.kind == ThetaKind::kTaylor) return theta_derivative(theta, 0, at.alpha);
   TermVector value;
   TermVector slope;
   TermVector slope_choroid;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "photocoag/core/random.hpp"
+#include "photocoag/loop/controller.hpp"
 #include "photocoag/run/treatment.hpp"
 
 namespace photocoag {

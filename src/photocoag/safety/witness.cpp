@@ -90,9 +90,32 @@ void Witness::find_plausible() noexcept {
   const auto end = misfit_.begin() + static_cast<std::ptrdiff_t>(curves());
   best_ = static_cast<std::size_t>(std::min_element(misfit_.begin(), end) - misfit_.begin());
   const double bar = misfit_[best_] + kPlausible;
-  high_alpha_ = 0.0;
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     find_plausible(families_[b], b * model_.absorptions, bar);
+  }
+  if (model_.choroids > 1) {
+    // The truth lies between nodes of a coarser grid that is judged by a longer memory. So that the
+    // plausible curves enclose it, the next beta beyond the last plausible one counts with its best
+    // alpha, and half a step of alpha is added
+    // where the best one is the only one.
+    std::array<bool, kWitnessChoroids> own{};
+    for (std::size_t b = 0; b < model_.choroids; ++b) own[b] = families_[b].plausible;
+    for (std::size_t b = 0; b < model_.choroids; ++b) {
+      Family& family = families_[b];
+      const bool beside = (b > 0 && own[b - 1]) || (b + 1 < model_.choroids && own[b + 1]);
+      if (!own[b] && beside) {
+        family.plausible = true;
+        const bool last = family.low % model_.absorptions + 1 == model_.absorptions;
+        family.high = last ? family.low : family.low + 1;
+        family.fraction = last ? 1.0 : 0.0;
+      }
+      if (own[b] && family.high == family.low + 1) {
+        family.fraction = std::max(family.fraction, 0.5);
+      }
+    }
+  }
+  high_alpha_ = 0.0;
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
     if (!families_[b].plausible) continue;
     const std::size_t high = families_[b].high % model_.absorptions;
     high_alpha_ = std::max(
