@@ -99,6 +99,9 @@ discretization      = "zero-order-hold"
 
 [run]
 duration_ms = 250.0
+goal = "duration"
+hold_ms = 100.0
+dose = 1.0
 seed        = 1
 )";
 
