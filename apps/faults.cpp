@@ -50,8 +50,8 @@ int faults_command(const FaultsOptions& options) {
                row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
   }
   fmt::print(
-      "slowest: cycles after the first bad datum in which there still was light; peak: K, "
-      "true, limit 32 K\n");
+      "slowest: cycles after the first bad datum in which there still was light (L1: records lost "
+      "by a kill); peak: K, true, limit 32 K; 0: not looked at\n");
   if (options.healthy > 0) {
     const FalseStops stops = count_false_stops(
         options.healthy, table.min_cells,

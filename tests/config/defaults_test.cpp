@@ -116,6 +116,9 @@ eye_noise        = "temperature"
 
 [run]
 duration_ms = 250.0
+goal = "duration"
+hold_ms = 100.0
+dose = 1.0
 seed        = 1
 )";
 
