@@ -50,7 +50,7 @@ TEST(TreatDevice, AnEyeOfItsOwnProcess) {
 }
 
 TEST(TreatDevice, FaultsOfTheDeviceEndWithExitCode3) {
-  for (const std::string fault : {"M2@40", "A4@40", "A5@40*1"}) {
+  for (const std::string fault : {"M2@40", "M6@40", "A4@40", "A5@40*1"}) {
     const Sandbox sandbox;
     const ProgramResult result =
         sandbox.run("treat --device eye --fault " + fault + kCoarse + " --out run");

@@ -18,12 +18,12 @@ struct PulsedEyeSettings {
   double pulse_period = 1e-4;  ///< s
   double noise = 0.91;         ///< K per pulse
   PulseNoise noise_kind = PulseNoise::kTemperature;
-  bool dark_is_silent = false;               ///< in a treatment, 0 W gives no transient
-  double probe_energy = 0.5e-6;              ///< J, of a pulse at 0 W; its heat is not counted
-  double energy_fluctuation = 0.01;          ///< relative, of each pulse
-  double energy_meter = 0.002;               ///< relative error of the meter
-  double arrival_jitter = 1.5;               ///< converter samples
-  double codes_per_joule = 3000.0 / 2.6e-6;  ///< of cold tissue
+  bool dark_is_silent = false;                  ///< in a treatment, 0 W gives no transient
+  double probe_energy = kNoiseReferenceEnergy;  ///< J, of a pulse at 0 W; its heat is not counted
+  double energy_fluctuation = 0.01;             ///< relative, of each pulse
+  double energy_meter = 0.002;                  ///< relative error of the meter
+  double arrival_jitter = 1.5;                  ///< converter samples
+  double codes_per_joule = 3000.0 / 2.6e-6;     ///< of cold tissue
   std::uint64_t seed = 1;
 };
 

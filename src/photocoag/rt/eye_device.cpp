@@ -149,6 +149,7 @@ Baseline EyeDevice::prepare(const GrueneisenCurve& curve, const ThermometerSetti
   }
   const Baseline baseline = measure_baseline(readings, settings);
   thermometer_.emplace(baseline, curve, settings);
+  hottest_ = curve.high() - settings.ambient_celsius;
   return baseline;
 }
 
@@ -269,6 +270,8 @@ DeviceSample EyeDevice::wait_sample(std::uint64_t) noexcept {
   if (sample.periods_behind == 0) {
     sample.volume_temperature = last_.volume_temperature;
     sample.saturated = 2 * last_.saturated > static_cast<int>(per_period_);
+    // There was a sample, at the rail: not the same as none.
+    if (sample.saturated) sample.volume_temperature = hottest_;
   }
   return sample;
 }

@@ -83,6 +83,7 @@ class EyeDevice {
   std::int64_t raw_ = 0;
   bool gone_ = false;
   std::optional<PulseThermometer> thermometer_;
+  double hottest_ = 0.0;  // K, what the curve can tell
   ThermometerSample last_;
   Readback readback_;
   std::vector<PeriodTruth> truth_;
