@@ -55,7 +55,7 @@ TEST(PulseModel, ModelAndWitnessFollowThePulses) {
   const Eigen::VectorXd per_joule = instant.input / 1e-10;
 
   ReducedPlant seen(seen_by_pulses(model, kPulses), kAlpha);
-  WitnessModel witness_data = witness_model(model, 0.2, 2.0);
+  WitnessModel witness_data = witness_model(model, EstimatorSettings{});
   see_pulses(witness_data, kPulses);
   Witness witness(witness_data, 1e-3, 0.0);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.order());
