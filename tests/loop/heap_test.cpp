@@ -162,8 +162,9 @@ HeapUse use_of_loop(C& pace) {
   Supervisor supervisor = treating_supervisor(model_1khz());
   // As `treat` does it: with log and histograms.
   const TemporaryFolder folder;
-  LogWriter log(folder.path() / "log", {.period = 1e-3, .fields = {}},
-                {.ring_records = 16, .write = {}});
+  LogHeader header;
+  header.period = 1e-3;
+  LogWriter log(folder.path() / "log", header, {.ring_records = 16, .write = {}});
   TreatmentObserver observer(1e-3, true, &log);
   const HeapUse use = use_of([&] {
     run_loop(controller, device, supervisor, 1e-3, std::span(records), progress, observer);

@@ -136,7 +136,7 @@ template <typename Act>
 Observed observe(const ProcessBench& bench, bool supervised, std::uint64_t when,
                  std::uint64_t ticks, Act act, std::uint64_t throw_at = kNever) {
   Observed observed;
-  for (int tries = 0; tries < 5 && !observed.ever_light(); ++tries) {
+  for (int tries = 0; tries < 20 && !observed.ever_light(); ++tries) {
     observed = observe_once(bench, supervised, when, ticks, act, throw_at);
   }
   return observed;
