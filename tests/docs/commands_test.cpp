@@ -107,7 +107,7 @@ TEST(DocumentedCommands, AreTakenByTheProgram) {
       ASSERT_EQ(help.exit_code, 0) << help.output;
       // An unknown command with --help gets the program's own help.
       ASSERT_NE(help.output.find("Usage: photocoag " + name + " "), std::string::npos);
-      const std::regex option(R"((?:^|\s)(--[a-z][a-z-]*))");
+      const std::regex option(R"((?:^|\s)(--[a-z][a-z0-9-]*))");
       for (std::sregex_iterator match(command.begin(), command.end(), option), end; match != end;
            ++match) {
         EXPECT_NE(help.output.find((*match)[1].str() + " "), std::string::npos)

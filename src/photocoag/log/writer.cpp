@@ -12,6 +12,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/rt/clock.hpp"
+#include "photocoag/rt/real_time.hpp"
 
 namespace photocoag {
 
@@ -79,6 +80,9 @@ LogTotals LogWriter::close() {
 }
 
 void LogWriter::run() noexcept {
+  // On a busy machine an ordinary thread may wait for hundreds of milliseconds. Far below the loop.
+  constexpr int kPriority = 5;
+  request_fifo_priority(kPriority);  // without it the log is behind when others are busy
   for (bool last = false; !last;) {
     last = closing_.load(std::memory_order_acquire);
     while (drain() > 0) {

@@ -6,11 +6,15 @@
 
 namespace photocoag {
 
+bool request_fifo_priority(int priority) noexcept {
+  const sched_param parameters{.sched_priority = priority};
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+}
+
 RealTime request_real_time() noexcept {
   constexpr int kPriority = 60;  // above ordinary interrupts' threads, below the kernel's watchdogs
   RealTime granted;
-  const sched_param parameters{.sched_priority = kPriority};
-  granted.fifo_priority = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+  granted.fifo_priority = request_fifo_priority(kPriority);
   granted.locked_memory = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   return granted;
 }

@@ -12,6 +12,9 @@ struct RealTime {
   std::string describe() const;
 };
 
+/// SCHED_FIFO of this priority, 1 to 99, for the calling thread. False: not granted. Never throws.
+bool request_fifo_priority(int priority) noexcept;
+
 /// Best effort: a machine that grants nothing still runs, with larger latencies. Never throws.
 RealTime request_real_time() noexcept;
 
