@@ -133,14 +133,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     Unsupervised none;
     return loop(none);
   }
-  SafetyLimits limits = safety_limits(config);
-  // A device holds its power when a write is missed, whatever scheduling there is.
-  limits.hold_excess = std::min(limits.hold_excess, 1.0);
-  if (kEye && config.safety.real_time == RealTimeMode::kObserve) {
-    limits.overruns_in_a_row_max = std::max(
-        limits.overruns_in_a_row_max, static_cast<std::int64_t>(kStall / config.control.period));
-  }
-  Supervisor supervisor(limits, witness);
+  Supervisor supervisor(device_limits(config), witness);
   supervisor.power_on();
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw DeviceError(ErrorParts{
@@ -257,6 +250,18 @@ DeviceAddress parse_device(const std::string& text) {
   address.own_process = rest.empty();
   address.path = rest;
   return address;
+}
+
+SafetyLimits device_limits(const Config& config) {
+  SafetyLimits limits = safety_limits(config);
+  // A device holds its power when a write is missed, whatever scheduling there is.
+  limits.hold_excess = std::min(limits.hold_excess, 1.0);
+  const bool eye = config.photoacoustics.sampling == Sampling::kPulses;
+  if (eye && config.safety.real_time == RealTimeMode::kObserve) {
+    limits.overruns_in_a_row_max = std::max(
+        limits.overruns_in_a_row_max, static_cast<std::int64_t>(kStall / config.control.period));
+  }
+  return limits;
 }
 
 int pulses_per_period(const Config& config) {

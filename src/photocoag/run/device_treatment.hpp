@@ -11,6 +11,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/treatment.hpp"
+#include "photocoag/safety/limits.hpp"
 
 namespace photocoag {
 
@@ -38,6 +39,9 @@ class DeviceError : public Error {
 /// What the configuration must say for a device, said: an eye's samples are means over pulses of
 /// the normalised volume temperature. Throws Error if that is not possible.
 Config for_device(Config config, const DeviceAddress& device);
+
+/// The supervisor's limits on a device.
+SafetyLimits device_limits(const Config& config);
 
 /// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.
 int pulses_per_period(const Config& config);

@@ -142,7 +142,10 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   WitnessModel witness = witness_model(models.reduced(), config.estimator);
   if (pulses) see_pulses(witness, per_period);
-  Supervisor supervisor(safety_limits(config), witness);
+  // Only runs on a device say what was commanded.
+  const std::string header = read_file((folder / "run.csv").string(), kLargestRun, "run.csv");
+  const bool device = header.substr(0, header.find('\n')).ends_with(",power_command_W");
+  Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test({.samples = 64,
