@@ -10,6 +10,7 @@
 #include "device_commands.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "machine_commands.hpp"
 #include "study_commands.hpp"
 
 namespace {
@@ -325,50 +326,7 @@ int run_command(int argc, char** argv) {
              "Same build, same machine: the same bits."));
   replay_app->callback([&] { exit_code = replay_command(replay_options); });
 
-  DoctorOptions doctor_options;
-  CLI::App* doctor_app = app.add_subcommand(
-      "doctor", "what on this machine stands in the way of real time, and what to do about it");
-  doctor_app->add_option("--json", doctor_options.json, "also write it; - is standard output alone")
-      ->type_name("FILE");
-  doctor_app->footer(footer("  photocoag doctor\n  photocoag doctor --json -"));
-  doctor_app->callback([&] { exit_code = doctor_command(doctor_options); });
-
-  LatencyOptions latency_options;
-  CLI::App* latency_app = app.add_subcommand(
-      "latency", "how late this machine wakes a real-time thread, beside cyclictest");
-  latency_app->add_option("--seconds", latency_options.seconds, "how long to measure")
-      ->check(CLI::Range(0.01, 1e6))
-      ->type_name("S");
-  latency_app->add_option("--period-ms", latency_options.period_ms, "from deadline to deadline")
-      ->check(CLI::Range(0.05, 100.0))
-      ->type_name("T");
-  latency_app
-      ->add_option("--json", latency_options.json, "also write it; - is standard output alone")
-      ->type_name("FILE");
-  latency_app->footer(
-      footer("  photocoag latency --seconds 60\n"
-             "  photocoag latency --seconds 10 --period-ms 0.1\n"
-             "If cyclictest (Debian: rt-tests) is installed it runs at the same time."));
-  latency_app->callback([&] { exit_code = latency_command(latency_options); });
-
-  ConvertOptions convert_options;
-  CLI::App* convert_app = app.add_subcommand(
-      "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died");
-  convert_app->add_option("RUN", convert_options.paths, "run folder, or log segments (*.seg)")
-      ->required()
-      ->type_name("RUN|SEGMENT...");
-  convert_app->add_option("--csv", convert_options.csv, "CSV file to write; - is standard output")
-      ->type_name("FILE");
-  convert_app->add_option("--hdf5", convert_options.hdf5, "HDF5 file to write")->type_name("FILE");
-  convert_app->add_option("--mat", convert_options.mat, "MAT file to write")->type_name("FILE");
-  convert_app->add_flag("--recover", convert_options.recover,
-                        "write run.csv, summary.json and report.html from the log");
-  convert_app->footer(
-      footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
-             "  photocoag convert runs/first/log/000000.seg --csv -\n"
-             "  photocoag convert runs/killed --recover\n"
-             "A run of `simulate` has no log: its run.csv is converted."));
-  convert_app->callback([&] { exit_code = convert_command(convert_options); });
+  add_machine_commands(app, exit_code);
 
   BenchOptions bench_options;
   CLI::App* bench_app = app.add_subcommand("bench", "measure computation times on this machine");
