@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "photocoag/core/build_info.hpp"
 
@@ -18,6 +19,13 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t start) noexc
 }
 
 std::string segment_header(const LogHeader& header) {
+  // An array from the start: one that begins as null cannot be destroyed if memory ends there.
+  nlohmann::ordered_json fields = nlohmann::ordered_json::array();
+  for (const LogField& field : kLogFields) {
+    fields.push_back({{"name", field.name},
+                      {"unit", field.unit},
+                      {"type", field.type == LogFieldType::kReal ? "f8" : "i8"}});
+  }
   nlohmann::ordered_json text = {{"notice", kResearchNotice},
                                  {"schema", header.schema},
                                  {"program", header.program},
@@ -27,12 +35,8 @@ std::string segment_header(const LogHeader& header) {
                                  {"planned_cycles", header.planned_cycles},
                                  {"full_order_states", header.full_order_states},
                                  {"segment", header.segment},
-                                 {"record_bytes", sizeof(LogRecord)}};
-  for (const LogField& field : kLogFields) {
-    text["fields"].push_back({{"name", field.name},
-                              {"unit", field.unit},
-                              {"type", field.type == LogFieldType::kReal ? "f8" : "i8"}});
-  }
+                                 {"record_bytes", sizeof(LogRecord)},
+                                 {"fields", std::move(fields)}};
   std::string json = text.dump();
   json.resize((json.size() + 7) / 8 * 8, ' ');
   std::string bytes(kSegmentMagic);
