@@ -38,8 +38,8 @@ TEST(TwoUnknownsLoop, HoldsThePeakOfEyesWithAnyChoroid) {
                                               std::string("safety.supervisor=") + supervisor,
                                               "plant.absorption_factor=" + std::to_string(alpha),
                                               "plant.choroid_factor=" + std::to_string(beta)});
-          ModelStore models(config, false);
-          const Treatment treatment = treat(config, models);
+          const Treatment treatment =
+              simulate_eye(config, store().reduced(), {.full = store().plant_full()});
           const RunSummaryNumbers numbers = summarize(config, treatment);
           EXPECT_EQ(numbers.stopped_for, "");
           EXPECT_EQ(numbers.limit_violations, 0U);
