@@ -276,6 +276,34 @@ int pulses_per_period(const Config& config) {
   return static_cast<int>(whole);
 }
 
+void require_plausible(const GrueneisenCurve& curve, const Config& config) {
+  // Relative rise per K. Water-like 4.7 % at 20 deg C, 2.6 % at 37: a curve in other units (mK, or
+  // kelvin instead of deg C) is far outside.
+  constexpr double kLeast = 0.003;
+  constexpr double kMost = 0.15;
+  const std::string& file = config.photoacoustics.calibration;
+  const double cold = config.tissue.ambient_celsius;
+  const double hot = cold + config.control.peak_max;
+  if (curve.low() > cold || curve.high() < hot) {
+    throw Error(ErrorParts{.where = file,
+                           .key = "curve.valid_C",
+                           .problem = "the treatment leaves the calibrated range",
+                           .found = fmt::format("[{:g}, {:g}]", curve.low(), curve.high()),
+                           .accepted = fmt::format("from tissue.ambient_C to that plus "
+                                                   "control.peak_max_K: {:g} to {:g} deg C",
+                                                   cold, hot)});
+  }
+  const double rise = curve.slope(cold) / curve.value(cold);
+  if (!(rise >= kLeast && rise <= kMost)) {
+    throw Error(
+        ErrorParts{.where = file,
+                   .key = "curve",
+                   .problem = "this is no tissue's curve",
+                   .found = fmt::format("{:.3g} % per K at {:g} deg C", 100 * rise, cold),
+                   .accepted = fmt::format("{:g} to {:g} % per K", 100 * kLeast, 100 * kMost)});
+  }
+}
+
 Config for_device(Config config, const DeviceAddress& device) {
   if (config.control.solver != SolverKind::kDense) {
     throw Error(ErrorParts{.key = "control.solver",
@@ -284,6 +312,7 @@ Config for_device(Config config, const DeviceAddress& device) {
   }
   if (!device.eye()) return config;
   pulses_per_period(config);
+  require_plausible(GrueneisenCurve(load_curve(config.photoacoustics.calibration)), config);
   config.tissue.volume_temperature = VolumeTemperature::kNormalized;
   config.plant.tissue.volume_temperature = VolumeTemperature::kNormalized;
   config.plant.model = PlantModel::kFull;

@@ -9,6 +9,7 @@
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/photoacoustics/curve.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "photocoag/safety/limits.hpp"
@@ -35,6 +36,10 @@ class DeviceError : public Error {
   using Error::Error;
   explicit DeviceError(const Error& error) : Error(error) {}
 };
+
+/// Throws Error unless the calibration covers ambient to control.peak_max_K and rises by 0.3 to 15
+/// % per K when cold.
+void require_plausible(const GrueneisenCurve& curve, const Config& config);
 
 /// What the configuration must say for a device, said: an eye's samples are means over pulses of
 /// the normalised volume temperature. Throws Error if that is not possible.

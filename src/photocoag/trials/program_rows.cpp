@@ -113,18 +113,18 @@ std::string refused(const ProgramRun& run, const fs::path& folder, const std::st
 std::string signalled(const ProcessFaultOptions& options, double absorption, int signal) {
   const ScratchFolder folder;
   const fs::path segment = folder.path() / "out" / "log" / "000000.seg";
-  const ProgramRun run = run_program(
-      options, folder.path(), treatment(absorption, "treat", 20000),
-      {.environment = {}, .during = [&](pid_t child) {
-         const std::int64_t patience = monotonic_ns() + 60'000'000'000;
-         std::error_code error;
-         // Some records are in the log: it treats.
-         while (monotonic_ns() < patience &&
-                (!fs::exists(segment, error) || fs::file_size(segment, error) < 40'000)) {
-           wait_until(monotonic_ns() + 5'000'000);
-         }
-         kill(child, signal);
-       }});
+  const ProgramRun run =
+      run_program(options, folder.path(), treatment(absorption, "treat", 20000),
+                  {.environment = {}, .during = [&](pid_t child) {
+                     const std::int64_t patience = monotonic_ns() + 60'000'000'000;
+                     std::error_code error;
+                     // Some records are in the log: it treats.
+                     while (monotonic_ns() < patience && (!fs::exists(segment, error) ||
+                                                          fs::file_size(segment, error) < 40'000)) {
+                       wait_until(monotonic_ns() + 5'000'000);
+                     }
+                     kill(child, signal);
+                   }});
   if (run.code != 1) return fmt::format("exit code {}: {}", run.code, last_line(run.said));
   const LogContent log = read_segments(segments_of(folder.path() / "out"));
   if (!log.closed) return "the log was not closed";
@@ -147,10 +147,9 @@ std::string jumping_clock(const ProcessFaultOptions& options, double absorption)
   std::string overruns = "every attempt overran";
   for (int attempt = 0; attempt < 10; ++attempt) {
     const ScratchFolder folder;
-    const ProgramRun run =
-        run_program(options, folder.path(), treatment(absorption, "treat", 100),
-                    {.environment = {"LD_PRELOAD=" + options.shim, "PHOTOCOAG_SHIM_CLOCK=1"},
-                     .during = {}});
+    const ProgramRun run = run_program(
+        options, folder.path(), treatment(absorption, "treat", 100),
+        {.environment = {"LD_PRELOAD=" + options.shim, "PHOTOCOAG_SHIM_CLOCK=1"}, .during = {}});
     if (run.code != 0) return fmt::format("exit code {}: {}", run.code, last_line(run.said));
     if (run.said.find(" 0 overruns") == std::string::npos) continue;
     const std::string got =
@@ -182,9 +181,8 @@ void bad_model_files(const ProcessFaultOptions& options, double absorption, Faul
   const ScratchFolder folder;
   for (const BadModel& bad : bad_models(bench.model)) {
     write_file((folder.path() / "bad.json").string(), bad.text);
-    const ProgramRun run =
-        run_program(options, folder.path(),
-                    with(treatment(absorption, "treat", 20), "model.file=bad.json"));
+    const ProgramRun run = run_program(
+        options, folder.path(), with(treatment(absorption, "treat", 20), "model.file=bad.json"));
     const std::string why = refused(run, folder.path(), "bad.json");
     count(row, why.empty() ? "" : bad.what + ": " + why);
     fs::remove_all(folder.path() / "out");
@@ -199,8 +197,9 @@ void wrong_models(const ProcessFaultOptions& options, double absorption, FaultRo
     save_reduced_model(models.reduced(), (folder.path() / "model.json").string());
   };
   const auto run = [&](const std::string& setting) {
-    return run_program(options, folder.path(),
-                       with(with(treatment(absorption, "treat", 20), "model.file=model.json"), setting));
+    return run_program(
+        options, folder.path(),
+        with(with(treatment(absorption, "treat", 20), "model.file=model.json"), setting));
   };
   make(load_config("", {"grid.min_cells=2000"}));
   const ProgramRun fitting = run("run.seed=1");
@@ -242,15 +241,44 @@ void bad_calibration(const ProcessFaultOptions& options, double absorption, Faul
       {"NaN", std::vector<double>(64, std::numeric_limits<double>::quiet_NaN()), false}};
   for (const Case& test : cases) {
     SelfTestReport report = self_test_of(test.samples);
-    report.watchdog_tripped = report.model_matches = report.solver_exact = report.log_has_room = true;
+    report.watchdog_tripped = report.model_matches = report.solver_exact = report.log_has_room =
+        true;
     bool ready = true;  // without the supervisor nobody looks
     if (options.supervised) {
       Supervisor supervisor(safety_limits(bench.config), bench.witness);
       supervisor.power_on();
       ready = supervisor.finish_self_test(report) && supervisor.ready();
     }
-    count(row, ready == test.good ? "" : fmt::format("{}: {}", test.what, ready ? "READY" : "refused"),
+    count(row,
+          ready == test.good ? "" : fmt::format("{}: {}", test.what, ready ? "READY" : "refused"),
           !ready);
+  }
+  // Curve files, before any device: 1e3 is degrees written as thousandths.
+  struct Curve {
+    const char* what;
+    const char* text;
+    const char* named;
+  };
+  const Curve curves[] = {
+      {"missing", nullptr, "curve.toml"},
+      {"falling", "coefficients = [1.0, -0.004]\nvalid_C = [1, 100]", "curve"},
+      {"temperatures times 1e3", "coefficients = [0.0053, 4.3e-6]\nvalid_C = [1, 1e5]", "curve"},
+      {"temperatures over 1e3", "coefficients = [0.0053, 4.3]\nvalid_C = [0.001, 0.1]", "valid_C"},
+      {"too short", "coefficients = [0.0053, 0.0043]\nvalid_C = [30, 100]", "valid_C"},
+      {"not a number", "coefficients = [nan, 0.0043]\nvalid_C = [1, 100]", "curve"}};
+  for (const Curve& curve : curves) {
+    const ScratchFolder folder;
+    if (curve.text != nullptr) {
+      write_file((folder.path() / "curve.toml").string(),
+                 std::string("[curve]\nsource = \"test\"\n") + curve.text + "\n");
+    }
+    Arguments arguments =
+        with(treatment(absorption, "treat", 20), "photoacoustics.calibration=curve.toml");
+    arguments.insert(arguments.end(), {"--device", "eye"});
+    const std::string trouble =
+        refused(run_program(options, folder.path(), arguments, {}), folder.path(), curve.named);
+    count(row, trouble.empty() ? "" : fmt::format("{} curve: {}", curve.what, trouble),
+          trouble.empty());
   }
 }
 
@@ -262,12 +290,12 @@ void no_memory(const ProcessFaultOptions& options, double absorption, FaultRow& 
   arguments[2] = "out@";
   const std::string report = (folder.path() / "report.txt").string();
   const int file = ::open(report.c_str(), O_RDWR | O_CREAT | O_TRUNC, 0644);
-  const ProgramRun run = run_program(
-      options, folder.path(), arguments,
-      {.environment = {"LD_PRELOAD=" + options.shim,
-                       fmt::format("PHOTOCOAG_SHIM_MALLOC={}", options.allocation_step),
-                       fmt::format("PHOTOCOAG_SHIM_REPORT={}", file)},
-       .during = {}});
+  const ProgramRun run =
+      run_program(options, folder.path(), arguments,
+                  {.environment = {"LD_PRELOAD=" + options.shim,
+                                   fmt::format("PHOTOCOAG_SHIM_MALLOC={}", options.allocation_step),
+                                   fmt::format("PHOTOCOAG_SHIM_REPORT={}", file)},
+                   .during = {}});
   ::close(file);
   std::istringstream lines(read_file(report, std::size_t{1} << 26));
   std::string word;
