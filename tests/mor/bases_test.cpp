@@ -128,26 +128,23 @@ TEST(Bases, ErrorsFallWithTheOrder) {
   }
 }
 
-TEST(Compare, HasEveryMethodAndOrderMeasuresAsReduceDoesAndIsDeterministic) {
+TEST(Compare, HasEveryMethodAndOrderAndMeasuresAsReduceDoes) {
   const auto full = model_of(Tissue{}, 3000);
-  const Comparison first = compare_reductions(full, 4e-3, Discretization::kZeroOrderHold);
-  ASSERT_EQ(first.methods.size(), (std::size(kMethods) + 1U) * 13U);  // and the refined default
+  const Comparison comparison = compare_reductions(full, 4e-3, Discretization::kZeroOrderHold);
+  ASSERT_EQ(comparison.methods.size(),
+            (std::size(kMethods) + 1U) * 13U);  // and the refined default
   for (const ReductionMethod method : kMethods) {
     for (int order = 2; order <= 14; ++order) {
-      EXPECT_TRUE(std::isfinite(first.error(method, order))) << to_string(method) << order;
+      EXPECT_TRUE(std::isfinite(comparison.error(method, order))) << to_string(method) << order;
     }
   }
-  EXPECT_TRUE(std::isnan(first.error(ReductionMethod::kIrka, 15)));
-  EXPECT_LT(first.error(ParameterDependence::kChebyshev, 8),
-            first.error(ParameterDependence::kTaylor, 3));
-  const Comparison second = compare_reductions(full, 4e-3, Discretization::kZeroOrderHold);
-  for (std::size_t i = 0; i < first.methods.size(); ++i) {
-    EXPECT_EQ(first.methods[i].peak, second.methods[i].peak);
-  }
+  EXPECT_TRUE(std::isnan(comparison.error(ReductionMethod::kIrka, 15)));
+  EXPECT_LT(comparison.error(ParameterDependence::kChebyshev, 8),
+            comparison.error(ParameterDependence::kTaylor, 3));
   // Measured through the shared run or alone: the same numbers.
   const ReducedModel model =
       reduce(full, {.refinement = Refinement::kNone}, 4e-3, Discretization::kZeroOrderHold);
-  EXPECT_EQ(first.error(ReductionMethod::kPodDeim, 6),
+  EXPECT_EQ(comparison.error(ReductionMethod::kPodDeim, 6),
             std::max(model.error.peak_max(), model.error.volume_max()));
 }
 
