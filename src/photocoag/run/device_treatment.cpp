@@ -136,14 +136,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   Supervisor supervisor(device_limits(config), witness);
   supervisor.power_on();
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw DeviceError(ErrorParts{
-        .where = "self-test",
-        .problem = "the device is not ready",
-        .found = fmt::format("mean {:.3f} K, standard deviation {:.3f} K of {} samples at 0 W; "
-                             "{:g} W read back; watchdog {}",
-                             report.mean, report.sigma, report.samples, report.power_at_zero,
-                             report.watchdog_tripped ? "good" : "does not trip"),
-        .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", config.plant.noise)});
+    throw DeviceError(not_ready(report, config.plant.noise));
   }
   loop(supervisor);
 }

@@ -148,12 +148,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.
-  supervisor.finish_self_test({.samples = 64,
-                               .sigma = config.plant.noise,
-                               .watchdog_tripped = true,
-                               .model_matches = true,
-                               .solver_exact = true,
-                               .log_has_room = true});
+  supervisor.finish_self_test(passed_self_test(config.plant.noise));
   supervisor.ready();
   supervisor.begin(true);
   return compare(supervisor, config, model, cycles);

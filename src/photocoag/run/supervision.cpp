@@ -1,5 +1,7 @@
 #include "photocoag/run/supervision.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -112,6 +114,25 @@ bool solver_is_exact() {
   DenseSolver solver;
   return solver.solve(problem, solution) == QpStatus::kSolved &&
          std::abs(solution.power[0] - 1.5) < 1e-9 && std::abs(solution.power[1] - 0.5) < 1e-9;
+}
+
+SelfTestReport passed_self_test(double noise) {
+  return {.samples = 64,
+          .sigma = noise,
+          .watchdog_tripped = true,
+          .model_matches = true,
+          .solver_exact = true,
+          .log_has_room = true};
+}
+
+ErrorParts not_ready(const SelfTestReport& report, double noise) {
+  return {.where = "self-test",
+          .problem = "the device is not ready",
+          .found = fmt::format("mean {:.3f} K, standard deviation {:.3f} K of {} samples at 0 W; "
+                               "{:g} W read back; watchdog {}",
+                               report.mean, report.sigma, report.samples, report.power_at_zero,
+                               report.watchdog_tripped ? "good" : "does not trip"),
+          .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", noise)};
 }
 
 }  // namespace photocoag

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/safety/supervisor.hpp"
 
@@ -25,5 +26,12 @@ SelfTestReport self_test_of(const std::vector<double>& baseline);
 
 /// Solves a small quadratic program with a known answer; true if it comes out to 1e-9.
 bool solver_is_exact();
+
+/// The report of a healthy device whose samples scatter by `noise`, K: where a self-test has been
+/// passed before, or is not what is looked at.
+SelfTestReport passed_self_test(double noise);
+
+/// What to tell the user after a failed self-test of a device calibrated to `noise`, K.
+ErrorParts not_ready(const SelfTestReport& report, double noise);
 
 }  // namespace photocoag

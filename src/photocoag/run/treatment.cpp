@@ -47,15 +47,6 @@ SelfTestReport self_test(SimulatedEye<P> eye, int delay, bool log_has_room) {
   return report;
 }
 
-SelfTestReport passed_self_test(const Config& config) {
-  return {.samples = 64,
-          .sigma = config.plant.noise,
-          .watchdog_tripped = true,
-          .model_matches = true,
-          .solver_exact = true,
-          .log_has_room = true};
-}
-
 /// What every treatment gets from its caller.
 struct Surroundings {
   Pacing pacing;
@@ -118,16 +109,9 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test
                                     ? self_test(cold, config.control.delay, log_is_good)
-                                    : passed_self_test(config);
+                                    : passed_self_test(config.plant.noise);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw Error(ErrorParts{
-        .where = "self-test",
-        .problem = "the device is not ready",
-        .found = fmt::format("mean {:.3f} K, standard deviation {:.3f} K of {} samples at 0 W; "
-                             "{:g} W read back; watchdog {}",
-                             report.mean, report.sigma, report.samples, report.power_at_zero,
-                             report.watchdog_tripped ? "good" : "does not trip"),
-        .accepted = fmt::format("docs/safety.md, for {:g} K calibrated", config.plant.noise)});
+    throw Error(not_ready(report, config.plant.noise));
   }
   run_under(supervisor, config, controller, eye, around, treatment);
 }

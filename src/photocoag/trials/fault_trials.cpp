@@ -34,12 +34,7 @@ struct Bench {
 Supervisor treating(const SafetyLimits& limits, const WitnessModel& witness) {
   Supervisor supervisor(limits, witness);
   supervisor.power_on();
-  supervisor.finish_self_test({.samples = 64,
-                               .sigma = limits.noise,
-                               .watchdog_tripped = true,
-                               .model_matches = true,
-                               .solver_exact = true,
-                               .log_has_room = true});
+  supervisor.finish_self_test(passed_self_test(limits.noise));
   supervisor.ready();
   supervisor.begin(true);
   return supervisor;

@@ -33,12 +33,9 @@ struct ProcessBench {
   Supervisor supervisor(const SafetyLimits& limits, bool log_has_room = true) const {
     Supervisor supervisor(limits, witness);
     supervisor.power_on();
-    supervisor.finish_self_test({.samples = 64,
-                                 .sigma = limits.noise,
-                                 .watchdog_tripped = true,
-                                 .model_matches = true,
-                                 .solver_exact = true,
-                                 .log_has_room = log_has_room});
+    SelfTestReport report = passed_self_test(limits.noise);
+    report.log_has_room = log_has_room;
+    supervisor.finish_self_test(report);
     supervisor.ready();
     supervisor.begin(true);
     return supervisor;
