@@ -138,8 +138,10 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
                treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
                100.0 * *numbers.choroid_error_final);
   }
-  fmt::print(stderr, "          {} cycles, {} overruns, {:.1f} ms of loop time{}{}\n",
-             treatment.outcome.cycles, treatment.outcome.overruns, treatment.wall_seconds * 1e3,
+  const std::int64_t late = treatment.outcome.safety.late_commands;
+  fmt::print(stderr, "          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n",
+             treatment.outcome.cycles, treatment.outcome.overruns,
+             late > 0 ? fmt::format("{} commands late, ", late) : "", treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
   if (config.run.goal != Goal::kDuration) {
     fmt::print(stderr, "goal      {}: {:g} ms held, thermal dose {:.3g}\n",

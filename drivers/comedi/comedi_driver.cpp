@@ -14,6 +14,7 @@
 #include <cstring>
 #include <ctime>
 #include <initializer_list>
+#include <limits>
 #include <new>
 
 #include "photocoag/device/driver.h"
@@ -237,6 +238,7 @@ std::int32_t readback(void* device, photocoag_readback* answer) {
   if (!get_code(c, c.monitor, code)) return PHOTOCOAG_GONE;
   answer->power =
       comedi_to_phys(code, c.monitor.volts, c.monitor.largest) * c.settings.monitor_W_per_V;
+  answer->command = std::numeric_limits<double>::quiet_NaN();  // nobody knows when a card put it out
   answer->interlock_closed = read_bit(c, c.settings.interlock) ? 1 : 0;
   answer->shutter_open = read_bit(c, c.settings.shutter) ? 1 : 0;
   answer->foot_switch = read_bit(c, c.settings.foot) ? 1 : 0;

@@ -21,6 +21,7 @@ typedef struct {
   double temperature; /* K */
   double power;       /* W, being emitted */
   double emitted;     /* W, during the last period */
+  double in_force;    /* W, the command of the last period */
   int64_t period_ns;
   int64_t next_ns;       /* end of the running period */
   int64_t last_write_ns; /* for the watchdog */
@@ -77,6 +78,7 @@ static int32_t example_wait_sample(void* device, int64_t deadline_ns, photocoag_
   sleep_until(e->next_ns); /* HARDWARE: wait for the trigger of the period's last pulse */
   /* The watchdog: no new token for two periods, 0 W. */
   if (e->next_ns - e->last_write_ns > 2 * e->period_ns) e->power = 0.0;
+  e->in_force = e->power;
   e->emitted = e->interlock_closed ? e->power : 0.0;
   const double keep = exp(-(double)e->period_ns * 1e-9 / e->tau);
   e->temperature = keep * e->temperature + (1.0 - keep) * e->gain * e->emitted;
@@ -103,6 +105,7 @@ static int32_t example_write_power(void* device, double power, uint64_t token) {
 static int32_t example_readback(void* device, photocoag_readback* readback) {
   example* e = device;
   readback->power = e->emitted; /* HARDWARE: the monitor diode */
+  readback->command = e->in_force;
   readback->interlock_closed = e->interlock_closed;
   readback->shutter_open = 1;
   readback->foot_switch = 1;

@@ -54,6 +54,7 @@ TEST(ComediDriver, ScalesWhatItReadsAndWrites) {
   photocoag_readback r{};
   EXPECT_EQ(d.table->readback(d.device, &r), PHOTOCOAG_GOOD);
   EXPECT_NEAR(r.power, 0.05, 0.02 * kStep);
+  EXPECT_TRUE(std::isnan(r.command)) << "no such word from a card";
   EXPECT_EQ(r.interlock_closed + r.shutter_open + r.foot_switch, 3);
   fake_card()->bits[2] = 0;
   d.table->readback(d.device, &r);

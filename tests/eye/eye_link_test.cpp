@@ -83,7 +83,11 @@ TEST_P(BothTransports, PowersGoOutAndTemperaturesComeBack) {
       const DeviceSample sample = device.wait_sample(cycle);
       ASSERT_EQ(sample.status, DeviceStatus::kGood);
       EXPECT_EQ(sample.sequence, cycle + 1);
-      if (device.readback().power > 0.0) ++lit;
+      const Readback readback = device.readback();
+      if (readback.power > 0.0) ++lit;
+      // A period with both powers is one whose command came late.
+      EXPECT_EQ(readback.command, readback.power);
+      EXPECT_LE(readback.command, 0.02);
       if (std::isfinite(sample.volume_temperature)) last = sample.volume_temperature;
       EXPECT_TRUE(device.readback().interlock_closed);
       device.write_power(0.02, ++token);
@@ -101,6 +105,25 @@ TEST_P(BothTransports, PowersGoOutAndTemperaturesComeBack) {
   eye.end();
   EXPECT_GT(eye.statistics().pulses, 800u);
   EXPECT_NE(to_text(eye.statistics()).find("answered late"), std::string::npos);
+}
+
+TEST_P(BothTransports, ACommandThatComesLateIsSaidToBe) {
+  RunningEye eye;
+  EyeDevice device(eye.link(GetParam()));
+  device.begin(40);
+  device.write_power(0.02, 1);
+  int late = 0;
+  double command = 0.02;
+  for (std::uint64_t cycle = 0; cycle < 40; ++cycle) {
+    device.wait_sample(cycle);
+    const double in_force = device.readback().command;
+    if (cycle > 0 && in_force > 0.011 && in_force < 0.019) ++late;
+    // Half a period too late.
+    wait_until(monotonic_ns() + static_cast<std::int64_t>(0.5e9 * kPeriod));
+    command = command == 0.02 ? 0.01 : 0.02;
+    device.write_power(command, cycle + 2);
+  }
+  EXPECT_GT(late, 0) << "a busy machine makes some of them too late for a mean";
 }
 
 TEST_P(BothTransports, ASecondControllerIsRefusedAndALaterOneWelcome) {

@@ -163,7 +163,7 @@ TEST(LogReader, OtherSchemasAreReadByName) {
   for (std::int64_t k = 100; k < 102; ++k) {
     LogRecord record = record_of(k);
     record.record = k;
-    record.slack = 7;  // not in the file
+    record.late_commands = 7;  // not in the file
     block.append(reinterpret_cast<const char*>(&record), sizeof(record) - 8);
   }
   seal_block(std::as_writable_bytes(std::span(block)));
@@ -172,11 +172,11 @@ TEST(LogReader, OtherSchemasAreReadByName) {
   ASSERT_EQ(content.records.size(), 2u);
   EXPECT_EQ(content.records[1].cycle, 101);
   EXPECT_EQ(content.records[1].power, record_of(101).power);
-  EXPECT_EQ(content.records[1].slack, LogRecord::kNoTime);
+  EXPECT_EQ(content.records[1].late_commands, 0);
   ASSERT_EQ(content.remarks.size(), 1u);
 
   nlohmann::ordered_json newer = header_json(good);
-  newer["schema"] = 2;
+  newer["schema"] = kLogSchema + 1;
   newer["fields"].insert(newer["fields"].begin() + 2,
                          nlohmann::ordered_json::object(
                              {{"name", "new_K"}, {"unit", "K"}, {"type", "f8"}}));

@@ -42,7 +42,7 @@ TEST(Delay, ThePowerActsOnePeriodLaterAndTheControllerKnows) {
   const Treatment treatment = treat(config);
   EXPECT_EQ(treatment.records[0].power, 0.0);
   for (std::size_t k = 1; k < treatment.records.size(); ++k) {
-    EXPECT_EQ(treatment.records[k].power, treatment.records[k - 1].decision.power);
+    EXPECT_EQ(treatment.records[k].power, treatment.records[k - 1].authorization.power);
   }
   const Outcome delayed = outcome(config, treatment.records);
   EXPECT_EQ(delayed.violations, 0);

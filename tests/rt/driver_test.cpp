@@ -81,6 +81,7 @@ TEST(Driver, TheExampleRunsInTheLoopWithoutAllocation) {
   const double keep = std::exp(-kPeriod / kTau);
   for (const CycleRecord& record : records) {
     temperature = keep * temperature + (1.0 - keep) * kGain * record.power;
+    EXPECT_EQ(record.device_command, record.power) << "it says so, and it is true";
     // Held or cut by the watchdog where the machine was late; the driver says what it emitted.
     if (record.sample.usable) {
       EXPECT_NEAR(record.measured, temperature, 1e-9);

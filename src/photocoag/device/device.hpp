@@ -33,6 +33,8 @@ struct DeviceSample {
 /// What the device says about itself, for the period that has just ended.
 struct Readback {
   double power = 0.0;  ///< W (commanded scale), mean emitted during the period
+  /// W, mean of what the device took for its command during the period; NaN: it does not tell.
+  double command = std::numeric_limits<double>::quiet_NaN();
   bool interlock_closed = true;
   bool shutter_open = true;
   bool foot_switch = true;

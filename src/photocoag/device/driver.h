@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define PHOTOCOAG_DRIVER_VERSION 1U
+#define PHOTOCOAG_DRIVER_VERSION 2U
 
 enum { /* what every call returns */
   PHOTOCOAG_GOOD = 0,
@@ -34,6 +34,7 @@ typedef struct {
 
 typedef struct {
   double power;             /* W, mean emitted during the last period */
+  double command;           /* W, mean of what was in force as the command; NaN: cannot tell */
   int32_t interlock_closed; /* 0 or 1 */
   int32_t shutter_open;
   int32_t foot_switch;

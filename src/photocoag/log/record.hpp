@@ -69,6 +69,8 @@ struct LogRecord {
   std::int64_t compute = kNoTime;
   std::int64_t write = kNoTime;
   std::int64_t slack = kNoTime;
+  double device_command = kNone;  // in force during the cycle, as the device says
+  std::int64_t late_commands = 0;
 };
 static_assert(std::is_trivially_copyable_v<LogRecord> && std::is_standard_layout_v<LogRecord>);
 static_assert(sizeof(LogRecord) % 8 == 0);
@@ -82,7 +84,7 @@ struct LogField {
 };
 
 /// Version of the table below. Readers go by name, so that a new field breaks nothing.
-inline constexpr int kLogSchema = 1;
+inline constexpr int kLogSchema = 2;
 
 /// In the order of LogRecord's members.
 inline constexpr std::array<LogField, sizeof(LogRecord) / 8> kLogFields = {{
@@ -137,6 +139,8 @@ inline constexpr std::array<LogField, sizeof(LogRecord) / 8> kLogFields = {{
     {"compute_ns", "ns", LogFieldType::kInteger},
     {"write_ns", "ns", LogFieldType::kInteger},
     {"slack_ns", "ns", LogFieldType::kInteger},
+    {"device_command_W", "W", LogFieldType::kReal},
+    {"late_commands", "1", LogFieldType::kInteger},
 }};
 
 }  // namespace photocoag

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "photocoag/device/device.hpp"
@@ -24,6 +25,8 @@ struct CycleRecord {
   Authorization authorization;                  ///< what it let through for this cycle
   SafetyState safety = SafetyState::kTreating;  ///< at the end of the cycle
   bool overrun = false;  ///< the controller missed this period: the laser ran on its own
+  /// W, in force during the cycle as the device says; NaN: it does not.
+  double device_command = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What else the end of a cycle brought.

@@ -32,11 +32,11 @@ class VirtualPace {
 };
 
 struct LoopOutcome {
-  std::size_t cycles = 0;    ///< records written
-  std::size_t overruns = 0;  ///< periods that the controller missed
-  bool stopped = false;      ///< ended by a stop request or by the supervisor
+  std::size_t cycles = 0;     ///< records written
+  std::size_t overruns = 0;   ///< periods that the controller missed
+  bool stopped = false;       ///< ended by a stop request or by the supervisor
   bool goal_reached = false;  ///< ended by the observer's goal
-  SafetyStatus safety;       ///< at the end
+  SafetyStatus safety;        ///< at the end
 };
 
 /// Looks on from the loop's thread: time stamps, log, treatment goal. Changes nothing but the end.
@@ -174,7 +174,8 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
               .sample = verdict,
               .authorization = allowed,
               .safety = supervisor.status().state,
-              .overrun = overrun};
+              .overrun = overrun,
+              .device_command = readback.command};
     if constexpr (requires { device.truth(); }) record.truth = device.truth();
     outcome.overruns += overrun ? 1 : 0;
     overrun = sample.periods_behind > 0;

@@ -107,14 +107,18 @@ DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
 }
 
 Readback DriverDevice::readback() noexcept {
-  photocoag_readback answer{.power = std::numeric_limits<double>::quiet_NaN(),
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  photocoag_readback answer{.power = kUnknown,
+                            .command = kUnknown,
                             .interlock_closed = 0,
                             .shutter_open = 0,
                             .foot_switch = 0};
   // No answer: all switches count as open.
-  if (table_->readback(device_, &answer) != PHOTOCOAG_GOOD)
-    return {answer.power, false, false, false};
+  if (table_->readback(device_, &answer) != PHOTOCOAG_GOOD) {
+    return {answer.power, kUnknown, false, false, false};
+  }
   return {.power = answer.power,
+          .command = answer.command,
           .interlock_closed = answer.interlock_closed == 1,
           .shutter_open = answer.shutter_open == 1,
           .foot_switch = answer.foot_switch == 1};

@@ -31,6 +31,24 @@ EyeSharedMemory* map(int descriptor) noexcept {
   return memory == MAP_FAILED ? nullptr : static_cast<EyeSharedMemory*>(memory);
 }
 
+/// Without rounding where there is nothing to average: a replay compares bits.
+class PeriodMean {
+ public:
+  void add(double value) noexcept {
+    if (count_ == 0) first_ = value;
+    constant_ = constant_ && value == first_;
+    sum_ += value;
+    ++count_;
+  }
+  double value() const noexcept { return constant_ ? first_ : sum_ / count_; }
+
+ private:
+  double first_ = kNaN;
+  double sum_ = 0.0;
+  int count_ = 0;
+  bool constant_ = true;
+};
+
 }  // namespace
 
 EyeDevice::EyeDevice(const EyeLinkSettings& settings) : settings_(settings) {
@@ -171,20 +189,19 @@ void EyeDevice::begin(std::size_t cycles) {
 
 // One control period from its pulses, in the order of time.
 void EyeDevice::read_period(std::uint64_t first) noexcept {
-  double power = 0.0;
-  double first_power = 0.0;
-  bool constant = true;
+  PeriodMean power;
+  PeriodMean command;
   std::uint32_t flags = 0;
   std::uint64_t sum = 0;
   for (std::uint64_t p = first; p < first + per_period_; ++p) {
     PulseRecord pulse;
     if (!record(p, pulse)) {
-      power = kNaN;
+      power.add(kNaN);
+      command.add(kNaN);
       continue;
     }
-    if (p == first) first_power = pulse.power_readback;
-    constant = constant && pulse.power_readback == first_power;
-    power += pulse.power_readback / static_cast<double>(per_period_);
+    power.add(pulse.power_readback);
+    command.add(pulse.period_power);
     flags |= pulse.flags;
     late_ += (pulse.flags & kEyeLate) != 0 ? 1 : 0;
     if (thermometer_) thermometer_->add(pulse.reading);
@@ -194,8 +211,8 @@ void EyeDevice::read_period(std::uint64_t first) noexcept {
     seen_before_ = pulse.tokens;
   }
   if (thermometer_) last_ = thermometer_->finish();
-  // Without rounding where there is nothing to average: a replay compares bits.
-  readback_ = {.power = constant && power == power ? first_power : power,
+  readback_ = {.power = power.value(),
+               .command = command.value(),
                .interlock_closed = (flags & kEyeInterlock) == 0,
                .shutter_open = (flags & kEyeShutter) == 0,
                .foot_switch = (flags & kEyeFootSwitch) == 0};
@@ -254,7 +271,7 @@ DeviceSample EyeDevice::wait_sample(std::uint64_t) noexcept {
   if (!there) {
     sample.status = gone_ ? DeviceStatus::kGone : DeviceStatus::kTimeout;
     sample.now_ns = monotonic_ns();
-    readback_.power = kNaN;
+    readback_.power = readback_.command = kNaN;
     return sample;
   }
   sample.status = DeviceStatus::kGood;

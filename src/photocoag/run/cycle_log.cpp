@@ -8,7 +8,7 @@ E enumeration(std::int64_t number, E last) noexcept {
   return number >= 0 && number <= static_cast<std::int64_t>(last) ? static_cast<E>(number) : E{};
 }
 
-constexpr SafetyReason kLastReason = SafetyReason::kNotTreating;
+constexpr SafetyReason kLastReason = SafetyReason::kCommandLate;
 
 }  // namespace
 
@@ -57,6 +57,8 @@ LogRecord to_log(const CycleRecord& r, const CycleEnd& end) noexcept {
   log.sample_time = end.sample.time_ns;
   log.fetched_time = end.sample.now_ns;
   log.readback = end.readback.power;
+  log.device_command = r.device_command;
+  log.late_commands = end.safety.late_commands;
   log.interlock_closed = end.readback.interlock_closed ? 1 : 0;
   log.shutter_open = end.readback.shutter_open ? 1 : 0;
   log.foot_switch = end.readback.foot_switch ? 1 : 0;
@@ -91,6 +93,7 @@ CycleRecord from_log(const LogRecord& log) noexcept {
                      .open_interlock = log.open_interlock != 0};
   r.safety = enumeration(log.safety_state, SafetyState::kSafeStop);
   r.overrun = log.overrun != 0;
+  r.device_command = log.device_command;
   return r;
 }
 

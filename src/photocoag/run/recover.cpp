@@ -44,6 +44,7 @@ Treatment treatment_from(const LogContent& log) {
     treatment.outcome.safety = {.state = cycle.safety,
                                 .reason = from_log(reason).authorization.reason,
                                 .detections = last.detections,
+                                .late_commands = last.late_commands,
                                 .energy = last.energy,
                                 .exposure = last.exposure,
                                 .dose = last.dose};

@@ -109,6 +109,7 @@ std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period)
     ReplayCycle cycle;
     cycle.written = cycle.readback.power = table.number("power_W");
     if (table.has("power_command_W")) cycle.written = table.number("power_command_W");
+    if (table.has("device_command_W")) cycle.readback.command = table.number("device_command_W");
     const auto end = static_cast<std::int64_t>(cycles.size() + 1);
     cycle.sample.status = DeviceStatus::kGood;
     cycle.sample.volume_temperature = table.number("volume_measured_K");
@@ -144,7 +145,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   if (pulses) see_pulses(witness, per_period);
   // Only runs on a device say what was commanded.
   const std::string header = read_file((folder / "run.csv").string(), kLargestRun, "run.csv");
-  const bool device = header.substr(0, header.find('\n')).ends_with(",power_command_W");
+  const bool device = header.substr(0, header.find('\n')).find(",power_command_W") != header.npos;
   Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.

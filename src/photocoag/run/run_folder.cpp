@@ -130,7 +130,7 @@ std::string run_csv(const Treatment& treatment, bool with_choroid) {
   std::string text(kHeader);
   text += with_choroid ? ",choroid_estimate,choroid_sigma" : "";
   // What a device emits may differ from what it was told; the simulated eye of this process obeys.
-  text += treatment.device ? ",power_command_W\n" : "\n";
+  text += treatment.device ? ",power_command_W,device_command_W\n" : "\n";
   auto out = std::back_inserter(text);
   const auto known = [](double value) {
     return std::isfinite(value) ? fmt::format("{}", value) : std::string();
@@ -146,7 +146,9 @@ std::string run_csv(const Treatment& treatment, bool with_choroid) {
     if (with_choroid) {
       fmt::format_to(out, ",{},{}", r.estimate.choroid_factor, r.estimate.choroid_sigma);
     }
-    if (treatment.device) fmt::format_to(out, ",{}", r.authorization.power);
+    if (treatment.device) {
+      fmt::format_to(out, ",{},{}", r.authorization.power, known(r.device_command));
+    }
     text += '\n';
   }
   return text;
@@ -243,6 +245,7 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
     summary["device"] = {{"name", device.name},
                          {"pulses_per_period", device.pulses_per_period},
                          {"late_pulses", device.late_pulses},
+                         {"late_commands", treatment.outcome.safety.late_commands},
                          {"pulse_peak_true_max_K", device.pulse_peak_max},
                          {"status", device.status}};
   }

@@ -50,6 +50,7 @@ enum class SafetyReason : std::uint8_t {
   kCoasting,          ///< the command was lowered: no rise without a fresh sample
   kSelfTest,          ///< a self-test failed
   kNotTreating,       ///< not in TREATING: 0 W
+  kCommandLate,       ///< [T1, T2] the device says that an older power of ours was in force
 };
 
 constexpr std::string_view to_string(SafetyState state) noexcept {
@@ -89,7 +90,8 @@ constexpr std::string_view to_string(SafetyReason reason) noexcept {
                                         "slew",
                                         "coasting",
                                         "self_test",
-                                        "not_treating"};
+                                        "not_treating",
+                                        "command_late"};
   return names[static_cast<std::size_t>(reason)];
 }
 

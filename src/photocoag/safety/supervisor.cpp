@@ -28,9 +28,15 @@ constexpr double kPeakEstimateExcess = 1.0;      // K
 constexpr int kPeakEstimatesMax = 2;
 constexpr double kReadbackRelative = 0.2;
 constexpr double kReadbackFloor = 2e-3;  // W
+constexpr int kLateCommandsMax = 3;      // in a row
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 bool finite(double value) noexcept { return value - value == 0.0; }
+
+bool close_to(double power, double wanted) noexcept {
+  const double off = std::abs(power - wanted);
+  return off <= kReadbackRelative * wanted || off <= kReadbackFloor;
+}
 
 }  // namespace
 
@@ -103,7 +109,7 @@ void Supervisor::reset() noexcept {
 }
 
 void Supervisor::finish() noexcept {
-  memory_.written = 0.0;  // the loop writes 0 W itself
+  remember(0.0);  // the loop writes 0 W itself
   if (status_.state == SafetyState::kTreating) status_.state = SafetyState::kDone;
 }
 
@@ -127,8 +133,9 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   ++memory_.cycles;
   if (!limits_.intact()) stop(SafetyState::kSafeStop, SafetyReason::kLimitsCorrupted);
   check_device(sample, readback, last_write);
-  check_clock(sample);
-  if (!memory_.overrun) check_readback(readback);
+  const InForce command = judge_command(readback.command);
+  check_clock(sample, command);
+  check_readback(readback, command);
   const bool power_known =
       finite(readback.power) && readback.power >= 0.0 && readback.power <= 2.0 * limits_->power_max;
   // Where the two differ too much the larger one counts: the peak must not be underestimated.
@@ -155,29 +162,58 @@ void Supervisor::check_device(const DeviceSample& sample, const Readback& readba
   if (!readback.foot_switch) stop(SafetyState::kStandby, SafetyReason::kFootSwitch);
 }
 
-void Supervisor::check_readback(const Readback& readback) noexcept {
-  const double wanted = limits_->command_delay == 0 ? memory_.written : memory_.written_before;
-  const double off = std::abs(readback.power - wanted);
-  if (wanted == 0.0 && !(readback.power <= kReadbackFloor)) {
+double Supervisor::wanted() const noexcept {
+  return limits_->command_delay == 0 ? memory_.written : memory_.written_before;
+}
+
+Supervisor::InForce Supervisor::judge_command(double command) const noexcept {
+  // After a missed period the device was right to hold or to go dark.
+  if (!finite(command) || memory_.overrun) return InForce::kUnknown;
+  if (close_to(command, wanted())) return InForce::kAsWritten;
+  // The power before, some of both, or a watchdog that had waited too long.
+  const double before =
+      limits_->command_delay == 0 ? memory_.written_before : memory_.written_earlier;
+  const bool ours = command >= std::min(before, wanted()) - kReadbackFloor &&
+                    command <= std::max(before, wanted()) + kReadbackFloor;
+  return ours || command == 0.0 ? InForce::kLate : InForce::kForeign;
+}
+
+void Supervisor::check_readback(const Readback& readback, InForce command) noexcept {
+  const bool told = finite(readback.command);
+  if (!told && memory_.overrun) return;
+  // A device that says what it took for its command is held to its word.
+  const double expected = told ? readback.command : wanted();
+  const bool foreign = command == InForce::kForeign;
+  if ((expected <= 0.0 && !(readback.power <= kReadbackFloor)) || (foreign && wanted() == 0.0)) {
     stop(SafetyState::kSafeStop, SafetyReason::kPowerStuckOn, true);
     return;
   }
-  const bool differs = !(off <= kReadbackRelative * wanted || off <= kReadbackFloor);
+  const bool differs = foreign || !close_to(readback.power, expected);
   // Without light there is nothing to compare: 0 W neither counts nor clears.
   if (differs) {
     ++memory_.readback_off;
-  } else if (wanted > 0.0) {
+  } else if (expected > 0.0) {
     memory_.readback_off = 0;
   }
   if (differs) notice(SafetyReason::kPowerReadback);
   if (memory_.readback_off >= 2) stop(SafetyState::kSafeStop, SafetyReason::kPowerReadback, true);
 }
 
-void Supervisor::check_clock(const DeviceSample& sample) noexcept {
-  // A sample that lies behind says that the write after it was missed.
-  const bool late = sample.periods_behind > 0;
+void Supervisor::check_clock(const DeviceSample& sample, InForce command) noexcept {
+  memory_.late_commands = command == InForce::kLate ? memory_.late_commands + 1 : 0;
+  if (command == InForce::kLate) {
+    ++status_.late_commands;
+    notice(SafetyReason::kCommandLate);
+  }
+  if (memory_.late_commands > kLateCommandsMax) {
+    stop(SafetyState::kSafeStop, SafetyReason::kCommandLate, true);
+  }
+  // A sample that lies behind says that the write after it was missed. A write that came late is
+  // as bad.
+  const bool behind = sample.periods_behind > 0;
+  const bool late = behind || command == InForce::kLate;
   memory_.overrun_history.add(late);
-  if (late) notice(SafetyReason::kOverrun);
+  if (behind) notice(SafetyReason::kOverrun);
   memory_.overruns = late ? memory_.overruns + 1 : 0;
   if (memory_.overruns > limits_->overruns_in_a_row_max ||
       memory_.overrun_history.among_last(100) > limits_->overruns_per_hundred) {
@@ -187,6 +223,7 @@ void Supervisor::check_clock(const DeviceSample& sample) noexcept {
 
 void Supervisor::account(double power) noexcept {
   witness_.emit(power);
+  if (limits_->command_delay != 0) witness_.await(memory_.written);
   status_.energy += power * limits_->period;
   if (power > 0.0) status_.exposure += limits_->period;
   const ArrheniusParameters tissue{.name = {},
@@ -362,6 +399,12 @@ Authorization Supervisor::choose(const ControllerReport& report) noexcept {
   return {.power = power, .reason = reason};
 }
 
+void Supervisor::remember(double power) noexcept {
+  memory_.written_earlier = memory_.written_before;
+  memory_.written_before = memory_.written;
+  memory_.written = power;
+}
+
 Authorization Supervisor::authorize(const ControllerReport& report) noexcept {
   Authorization answer{.power = 0.0, .reason = SafetyReason::kNotTreating};
   if (status_.state == SafetyState::kTreating) {
@@ -377,8 +420,7 @@ Authorization Supervisor::authorize(const ControllerReport& report) noexcept {
         status_.reason == SafetyReason::kNone ? SafetyReason::kNotTreating : status_.reason;
   }
   answer.open_interlock = memory_.open_interlock;
-  memory_.written_before = memory_.written;
-  memory_.written = answer.power;
+  remember(answer.power);
   return answer;
 }
 

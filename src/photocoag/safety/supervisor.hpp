@@ -63,9 +63,10 @@ struct SafetyStatus {
   SafetyReason reason = SafetyReason::kNone;  ///< of the state, if DONE, SAFE_STOP or STANDBY
   std::int64_t detections = 0;  ///< bad samples, rejected commands, overruns: all that was noticed
   SafetyReason last_detection = SafetyReason::kNone;
-  double energy = 0.0;    ///< J emitted
-  double exposure = 0.0;  ///< s with light
-  double dose = 0.0;      ///< Arrhenius integral at the largest plausible absorption
+  std::int64_t late_commands = 0;  ///< periods in which the device had an older one in force
+  double energy = 0.0;             ///< J emitted
+  double exposure = 0.0;           ///< s with light
+  double dose = 0.0;               ///< Arrhenius integral at the largest plausible absorption
 };
 
 /// One treatment: power_on, finish_self_test, ready, begin, then each cycle check and authorize.
@@ -95,8 +96,12 @@ class Supervisor {
   void notice(SafetyReason reason) noexcept;
   void check_device(const DeviceSample& sample, const Readback& readback,
                     DeviceStatus last_write) noexcept;
-  void check_readback(const Readback& readback) noexcept;
-  void check_clock(const DeviceSample& sample) noexcept;
+  /// What the device says was in force, next to what should have been.
+  enum class InForce : std::uint8_t { kUnknown, kAsWritten, kLate, kForeign };
+  InForce judge_command(double command) const noexcept;
+  void check_readback(const Readback& readback, InForce command) noexcept;
+  void check_clock(const DeviceSample& sample, InForce command) noexcept;
+  double wanted() const noexcept;
   void account(double power) noexcept;
   SafetyReason judge(const DeviceSample& sample) noexcept;
   void count_bad(SafetyReason reason) noexcept;
@@ -104,6 +109,7 @@ class Supervisor {
   void check_estimate(const ControllerReport& report) noexcept;
   Authorization choose(const ControllerReport& report) noexcept;
   double fallback(SafetyReason reason) noexcept;
+  void remember(double power) noexcept;
 
   /// Sum over the last 20 values, and how many there were.
   class Window {
@@ -131,18 +137,20 @@ class Supervisor {
 
   struct Memory {
     bool open_interlock = false;
-    bool fresh_sample = true;     // this cycle's sample was usable
-    bool overrun = false;         // a period without a write of ours has just passed
-    double written = 0.0;         // W, last power authorized
-    double written_before = 0.0;  // W, the one before
-    double peak_high = 0.0;       // K, at the last cycle
-    std::uint64_t expected = 0;   // least sequence number of this cycle's sample
+    bool fresh_sample = true;      // this cycle's sample was usable
+    bool overrun = false;          // a period without a write of ours has just passed
+    double written = 0.0;          // W, last power authorized
+    double written_before = 0.0;   // W, the one before
+    double written_earlier = 0.0;  // W, and the one before that
+    double peak_high = 0.0;        // K, at the last cycle
+    std::uint64_t expected = 0;    // least sequence number of this cycle's sample
     std::int64_t raw = std::numeric_limits<std::int64_t>::min();
     int same_raw = 0;
     int missing = 0;
     int saturated = 0;
     int overruns = 0;
     int readback_off = 0;
+    int late_commands = 0;  // in a row
     int fallbacks = 0;
     std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
                                std::numeric_limits<double>::quiet_NaN()};  // W, the last good one

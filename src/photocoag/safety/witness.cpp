@@ -50,6 +50,13 @@ void Witness::emit(double power) noexcept {
   }
 }
 
+void Witness::await(double power) noexcept {
+  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+    coasting_[i] = model_.decay[i] * (coasting_[i] + power);
+    coasting_2_[i] = model_.decay[i] * coasting_[i];
+  }
+}
+
 double Witness::variance(std::size_t j) const noexcept {
   const double error = model_error_ * volume_now_[j];
   return noise_variance_ + error * error;

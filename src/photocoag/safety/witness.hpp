@@ -49,6 +49,9 @@ class Witness {
 
   /// One period with `power`, W.
   void emit(double power) noexcept;
+  /// `power`, W, is on its way: it will be emitted for one period before any that is asked for now.
+  /// Between emit and the questions below.
+  void await(double power) noexcept;
   /// Compares, changes nothing.
   WitnessResidual compare(double volume_temperature) const noexcept;
   /// Learns from a sample that was found usable.
@@ -61,8 +64,8 @@ class Witness {
   /// Forget the samples (not the emitted power): every absorption is plausible again.
   void doubt() noexcept;
 
-  /// Largest power, W, after one period of which no plausible absorption exceeds `peak`, K; at
-  /// least 0.
+  /// Largest power, W, after one period of which (and of the one awaited) no plausible absorption
+  /// exceeds `peak`, K; at least 0.
   double power_for_peak(double peak) const noexcept;
   /// The same after two periods of that power: what a device holds before its watchdog acts.
   double held_power_for_peak(double peak) const noexcept;
@@ -95,7 +98,7 @@ class Witness {
   double noise_variance_;
   double model_error_;
   Lags lag_{};         // now
-  Lags coasting_{};    // after one more period at 0 W
+  Lags coasting_{};    // after what is awaited and one more period at 0 W
   Lags coasting_2_{};  // after two
   Lags held_1_{};      // what one period of 1 W adds: ones
   Lags held_2_{};      // two periods
