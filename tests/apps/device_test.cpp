@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "apps/program.hpp"
-#include "photocoag/run/replay.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -61,9 +60,13 @@ TEST(TreatDevice, FaultsOfTheDeviceEndWithExitCode3) {
     if (result.exit_code != 3 && summary["overruns"] > 0) continue;
     EXPECT_EQ(result.exit_code, 3) << fault << result.err;
     EXPECT_EQ(summary["safety"]["state"], "safe_stop") << fault;
-    const std::vector<ReplayCycle> cycles =
-        read_replay((sandbox.path("run") / "run.csv").string(), 1e-3);
-    EXPECT_EQ(cycles.back().written, 0.0) << fault;
+    std::istringstream lines(read_all(sandbox.path("run") / "run.csv"));
+    std::string line;
+    std::string last;
+    std::getline(lines, line);
+    EXPECT_TRUE(line.ends_with(",power_command_W,device_command_W"));
+    while (std::getline(lines, line)) last = line.substr(0, line.rfind(','));
+    EXPECT_TRUE(last.ends_with(",0")) << "commanded in the end: " << last;
   }
 }
 

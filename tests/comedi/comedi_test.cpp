@@ -1,6 +1,8 @@
 // The Comedi driver against a stand-in for libcomedi: no card, no kernel module.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "comedi/fake_comedi.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/device/driver.h"
