@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/wide_vectors.hpp"
 #include "photocoag/tissue/absorption.hpp"
 
 namespace photocoag {
@@ -45,6 +46,40 @@ MatrixXd group_means(const Modes& modes, const VectorXd& weights, Index groups, 
   return rows;
 }
 
+/// Sums over radial modes, per axial mode.
+struct Profiles {
+  double* axis;
+  double* spot;
+  double* axis_mean;
+  double* spot_mean;
+};
+
+// The axial modes of one radial mode through a pulse and the period after it.
+PHOTOCOAG_WIDE_VECTORS void advance(double* __restrict state, const double* __restrict decay,
+                                    const double* __restrict share, Index modes, double energy,
+                                    double axis_weight, double spot_weight,
+                                    const Profiles& profiles) noexcept {
+  double* __restrict axis = profiles.axis;
+  double* __restrict spot = profiles.spot;
+  double* __restrict axis_mean = profiles.axis_mean;
+  double* __restrict spot_mean = profiles.spot_mean;
+  for (Index j = 0; j < modes; ++j) {
+    const double hot = state[j] + energy;
+    const double next = decay[j] * hot;
+    const double average = share[j] * hot;
+    state[j] = next;
+    axis[j] += axis_weight * next;
+    spot[j] += spot_weight * next;
+    axis_mean[j] += axis_weight * average;
+    spot_mean[j] += spot_weight * average;
+  }
+}
+
+PHOTOCOAG_WIDE_VECTORS void add_scaled(double* __restrict sum, const double* __restrict terms,
+                                       Index count, double factor) noexcept {
+  for (Index j = 0; j < count; ++j) sum[j] += factor * terms[j];
+}
+
 }  // namespace
 
 PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double pulse_period,
@@ -72,11 +107,9 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
 
 void PulsedTissue::prepare_modes(double pulse_period) {
   constexpr double kGone = 1e-6;  // of the pulse's own 4 K: some uK
-  constexpr double kSlow = 1e-3;
   const VectorXd& radial = model_->radial().rates;
   const VectorXd& axial = model_->axial().rates;
   active_.assign(static_cast<std::size_t>(radial.size()), 0);
-  slow_.assign(active_.size(), 0);
   VectorXd axis = VectorXd::Zero(axial.size());
   VectorXd spot = VectorXd::Zero(axial.size());
   for (Index i = 0; i < radial.size(); ++i) {
@@ -89,7 +122,6 @@ void PulsedTissue::prepare_modes(double pulse_period) {
         decay_.push_back(decay);
         share_.push_back(share);
         ++active_[static_cast<std::size_t>(i)];
-        if (decay >= kSlow) ++slow_[static_cast<std::size_t>(i)];
       } else {
         axis[j] += axis_weight_[i] * share;
         spot[j] += spot_weight_[i] * share;
@@ -113,14 +145,30 @@ void PulsedTissue::prepare_curved(double absorption_factor) {
     absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption_factor).value;
   }
   const VectorXd source = model_->axial_source(absorption_factor) * model_->input_gain();
-  depth_weight_ = group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
+  const MatrixXd by_depth =
+      group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
+  // Modes whose heat a group feels: together some mK at 0.1 W, and only the bend comes from them.
+  constexpr double kFelt = 1e-6;          // K
+  constexpr double kLargestPulse = 1e-5;  // J
+  felt_.assign(active_.size(), 0);
+  std::size_t k = 0;
+  for (Index i = 0; i < radial.size(); ++i) {
+    const double ring = ring_weight_.col(i).cwiseAbs().maxCoeff();
+    for (Index j = 0; j < active_[static_cast<std::size_t>(i)]; ++j, ++k) {
+      const double steady = kLargestPulse * decay_[k] / (1.0 - decay_[k]);
+      const double felt = ring * by_depth.col(j).cwiseAbs().maxCoeff() * steady;
+      if (felt > kFelt) felt_[static_cast<std::size_t>(i)] = j + 1;
+    }
+  }
   ring_profile_ = MatrixXd::Zero(axial.size(), kRingsPerPulse);
-  temperatures_ = MatrixXd::Zero(kDepths, kRings);
+  // Per mode in a column of each depth: what is summed lies side by side.
+  depth_weight_ = by_depth.leftCols(*std::max_element(felt_.begin(), felt_.end())).transpose();
 }
 
 void PulsedTissue::reset() noexcept {
   std::fill(state_.begin(), state_.end(), 0.0);
-  temperatures_.setZero();
+  ring_temperature_.setZero();
+  ring_curve_.setConstant(curve_.value(ambient_));
   before_ = mean_ = {};
   peak_after_ = 0.0;
 }
@@ -130,30 +178,13 @@ void PulsedTissue::pulse(double energy) noexcept {
   spot_.setZero();
   axis_mean_.setZero();
   spot_mean_.setZero();
-  double* __restrict state = state_.data();
-  const double* __restrict decay = decay_.data();
-  const double* __restrict share = share_.data();
-  double* __restrict axis = axis_.data();
-  double* __restrict spot = spot_.data();
-  double* __restrict axis_mean = axis_mean_.data();
-  double* __restrict spot_mean = spot_mean_.data();
+  const Profiles profiles{axis_.data(), spot_.data(), axis_mean_.data(), spot_mean_.data()};
+  std::size_t at = 0;
   for (std::size_t i = 0; i < active_.size(); ++i) {
-    const double axis_weight = axis_weight_[static_cast<Index>(i)];
-    const double spot_weight = spot_weight_[static_cast<Index>(i)];
     const Index modes = active_[i];
-    for (Index j = 0; j < modes; ++j) {
-      const double hot = state[j] + energy;
-      const double next = decay[j] * hot;
-      const double average = share[j] * hot;
-      state[j] = next;
-      axis[j] += axis_weight * next;
-      spot[j] += spot_weight * next;
-      axis_mean[j] += axis_weight * average;
-      spot_mean[j] += spot_weight * average;
-    }
-    state += modes;
-    decay += modes;
-    share += modes;
+    advance(state_.data() + at, decay_.data() + at, share_.data() + at, modes, energy,
+            axis_weight_[static_cast<Index>(i)], spot_weight_[static_cast<Index>(i)], profiles);
+    at += static_cast<std::size_t>(modes);
   }
   peak_after_ = before_.peak + peak_gain_ * energy;
   before_ = {.volume = volume_weight_.dot(spot_), .peak = peak_weight_.dot(axis_)};
@@ -170,27 +201,27 @@ double PulsedTissue::signal() noexcept {
   next_ring_ = (next_ring_ + kRingsPerPulse) % kRings;
   const double* state = state_.data();
   for (std::size_t i = 0; i < active_.size(); ++i) {
-    const Index modes = slow_[i];
+    const Index modes = felt_[i];
     for (Index k = 0; k < kRingsPerPulse; ++k) {
-      const double weight = ring_weight_(first + k, static_cast<Index>(i));
-      double* __restrict profile = ring_profile_.col(k).data();
-      for (Index j = 0; j < modes; ++j) profile[j] += weight * state[j];
+      add_scaled(ring_profile_.col(k).data(), state, modes,
+                 ring_weight_(first + k, static_cast<Index>(i)));
     }
     state += active_[i];
   }
-  temperatures_.middleCols(first, kRingsPerPulse).noalias() =
-      depth_weight_.lazyProduct(ring_profile_);
-  double of_curve = 0.0;
-  double of_temperature = 0.0;
-  for (Index k = 0; k < kRings; ++k) {
+  for (Index k = first; k < first + kRingsPerPulse; ++k) {
+    const auto profile = ring_profile_.col(k - first).head(depth_weight_.rows());
+    double& of_curve = ring_curve_[k];
+    double& of_temperature = ring_temperature_[k];
+    of_curve = of_temperature = 0.0;
     for (Index g = 0; g < kDepths; ++g) {
-      const double share = ring_share_[k] * depth_share_[g];
-      of_curve += share * curve_.value(ambient_ + temperatures_(g, k));
-      of_temperature += share * temperatures_(g, k);
+      const double temperature = depth_weight_.col(g).dot(profile);
+      of_curve += depth_share_[g] * curve_.value(ambient_ + temperature);
+      of_temperature += depth_share_[g] * temperature;
     }
   }
   // Only the bend comes from the groups; the mean itself is exact.
-  return mean + of_curve - curve_.value(ambient_ + of_temperature);
+  return mean + ring_share_.dot(ring_curve_) -
+         curve_.value(ambient_ + ring_share_.dot(ring_temperature_));
 }
 
 }  // namespace photocoag

@@ -65,12 +65,13 @@ class PulsedTissue {
   Outputs mean_;
   double peak_after_ = 0.0;
   // For a curve that is not a line: mean temperatures of rings x depths.
-  std::vector<Eigen::Index> slow_;  // per radial mode: the first so many axial modes matter
+  std::vector<Eigen::Index> felt_;  // per radial mode: the first so many axial modes matter
   Eigen::MatrixXd ring_weight_;     // rings x radial modes
-  Eigen::MatrixXd depth_weight_;    // depths x axial modes
+  Eigen::MatrixXd depth_weight_;    // axial modes that are felt x depths
   Eigen::Index next_ring_ = 0;
-  Eigen::MatrixXd ring_profile_;  // axial modes x rings of one pulse
-  Eigen::MatrixXd temperatures_;  // depths x rings
+  Eigen::MatrixXd ring_profile_;                    // axial modes x rings of one pulse
+  Eigen::Vector<double, kRings> ring_temperature_;  // K, means
+  Eigen::Vector<double, kRings> ring_curve_;        // of the curve's values
   Eigen::VectorXd ring_share_;
   Eigen::VectorXd depth_share_;
 };

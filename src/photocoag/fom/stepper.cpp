@@ -4,11 +4,29 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/wide_vectors.hpp"
 
 namespace photocoag {
 
 using Eigen::Index;
 using Eigen::VectorXd;
+
+namespace {
+
+// The axial modes of one radial mode over one period, added to the profiles over depth.
+PHOTOCOAG_WIDE_VECTORS void advance(double* __restrict state, const double* __restrict decay,
+                                    const double* __restrict gain, Index modes, double power,
+                                    double axis_weight, double spot_weight, double* __restrict axis,
+                                    double* __restrict spot) noexcept {
+  for (Index j = 0; j < modes; ++j) {
+    const double next = decay[j] * state[j] + gain[j] * power;
+    state[j] = next;
+    axis[j] += axis_weight * next;
+    spot[j] += spot_weight * next;
+  }
+}
+
+}  // namespace
 
 ModalStepper::ModalStepper(std::shared_ptr<const FullOrderModel> model,
                            Discretization discretization, double period, double negligible_decay)
@@ -81,24 +99,12 @@ void ModalStepper::step(double power) noexcept {
   power_ = power;
   axis_profile_ = axis_memoryless_ * power;
   spot_profile_ = spot_memoryless_ * power;
-  double* __restrict state = state_.data();
-  const double* __restrict decay = decay_.data();
-  const double* __restrict gain = gain_.data();
-  double* __restrict axis = axis_profile_.data();
-  double* __restrict spot = spot_profile_.data();
+  std::size_t at = 0;
   for (std::size_t i = 0; i < active_.size(); ++i) {
-    const double axis_weight = axis_weight_[static_cast<Index>(i)];
-    const double spot_weight = spot_weight_[static_cast<Index>(i)];
-    const Index modes = active_[i];
-    for (Index j = 0; j < modes; ++j) {
-      const double next = decay[j] * state[j] + gain[j] * power;
-      state[j] = next;
-      axis[j] += axis_weight * next;
-      spot[j] += spot_weight * next;
-    }
-    state += modes;
-    decay += modes;
-    gain += modes;
+    advance(state_.data() + at, decay_.data() + at, gain_.data() + at, active_[i], power,
+            axis_weight_[static_cast<Index>(i)], spot_weight_[static_cast<Index>(i)],
+            axis_profile_.data(), spot_profile_.data());
+    at += static_cast<std::size_t>(active_[i]);
   }
 }
 
