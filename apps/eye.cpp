@@ -59,7 +59,7 @@ int eye_command(const EyeOptions& options) {
                model->states(), config.plant.absorption_factor,
                config.photoacoustics.pulse_period * 1e3, options.socket);
   }
-  const EyeStatistics statistics = serve_eye({.socket = options.socket, .once = options.once}, eye,
+  const EyeStatistics statistics = serve_eye({.socket = options.socket, .once = options.once, .foreign_core = config.safety.core}, eye,
                                              faults, config.photoacoustics.pulse_period, stop_eye);
   fmt::print(stderr, "{}", to_text(statistics));
   return 0;

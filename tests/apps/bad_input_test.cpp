@@ -106,6 +106,15 @@ TEST(BadUsage, OutFolderWithContentIsRefusedAndUntouched) {
   EXPECT_EQ(read_all(sandbox.path("run") / "mine.txt"), "precious");
 }
 
+TEST(BadUsage, ACoreThatIsNotThereIsRefused) {
+  const Sandbox sandbox;
+  const ProgramResult result = sandbox.run("treat --out run --set safety.core=1023");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("safety.core"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("1023"), std::string::npos) << result.err;
+  EXPECT_EQ(sandbox.entries(), 0u);
+}
+
 TEST(BadUsage, ResponseRefusesBadTimesAndModels) {
   const Sandbox sandbox;
   const Words bad = {

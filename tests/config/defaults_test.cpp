@@ -57,6 +57,7 @@ energy_max_mJ    = 6000.0
 exposure_max_ms  = 60000.0
 thermal_dose_max = 0.0
 real_time        = "observe"
+core             = -1
 
 [model]                            # what the controller believes
 file                = ""

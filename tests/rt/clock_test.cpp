@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/time.h>
 
 #include <atomic>
 #include <cstdint>
+#include <string>
+#include <thread>
 
 #include "photocoag/rt/clock.hpp"
 #include "photocoag/rt/clock_pace.hpp"
@@ -152,6 +155,58 @@ TEST(RealTime, DescribesWhatWasGranted) {
   EXPECT_EQ((RealTime{.fifo_priority = true, .locked_memory = true}).describe(),
             "SCHED_FIFO, memory locked");
   EXPECT_EQ(RealTime{}.describe(), "ordinary scheduling, memory not locked");
+  EXPECT_EQ((RealTime{.core = 3}).describe(), "ordinary scheduling, memory not locked, core 3");
+}
+
+TEST(RealTime, PinsToTheCoreAskedForAndKeepsOffAForeignOne) {
+  const int last = std::stoi(allowed_cores().substr(allowed_cores().rfind(' ') + 1));
+  const auto on_a_thread = [](auto action) {
+    std::string cores;
+    std::thread([&] {
+      action();
+      cores = allowed_cores();
+    }).join();
+    return cores;
+  };
+  const std::string all = allowed_cores();
+  int got = kAnyCore;
+  EXPECT_EQ(on_a_thread([&] { got = request_real_time(last).core; }), std::to_string(last));
+  EXPECT_EQ(got, last);
+  EXPECT_EQ(on_a_thread([&] { got = request_real_time(1023).core; }), all) << "no such core";
+  EXPECT_EQ(got, kAnyCore);
+  const std::string others = on_a_thread([&] { keep_off_core(last); });
+  if (all.find(',') == std::string::npos) {
+    EXPECT_EQ(others, all) << "the only one";
+  } else {
+    EXPECT_EQ(others, all.substr(0, all.rfind(',')));
+  }
+}
+
+TEST(RealTime, PageFaultsAreThoseOfTheThread) {
+  constexpr std::size_t kPages = 64;
+  PageFaults touched;
+  PageFaults again;
+  std::thread([&] {
+    const std::size_t size = kPages * 4096;
+    void* fresh = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    ASSERT_NE(fresh, MAP_FAILED);
+    madvise(fresh, size, MADV_NOHUGEPAGE);
+    volatile auto* bytes = static_cast<unsigned char*>(fresh);
+    const auto touch = [&] {
+      for (std::size_t page = 0; page < kPages; ++page) bytes[page * 4096] = 1;
+    };
+    touch();
+    PageFaults before = page_faults();
+    touch();
+    again = page_faults() - before;
+    madvise(fresh, size, MADV_DONTNEED);
+    before = page_faults();
+    touch();
+    touched = page_faults() - before;
+    munmap(fresh, size);
+  }).join();
+  EXPECT_EQ(again.minor, 0);
+  EXPECT_GE(touched.minor, static_cast<std::int64_t>(kPages));
 }
 
 }  // namespace

@@ -159,7 +159,9 @@ void add_safety(SafetySettings& s, std::vector<Field>& list) {
               "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited"),
        word(key("real_time"), s.real_time, {"observe", "enforce"},
             "enforce: refuse without SCHED_FIFO and locked memory, strict about overruns and held "
-            "powers; observe: a simulated eye only")});
+            "powers; observe: a simulated eye only"),
+       integer(key("core"), s.core, -1, 1023,
+               "core that the loop of `treat` is pinned to, best an isolated one; -1: none")});
 }
 
 void add_model(ModelSettings& s, std::vector<Field>& list) {

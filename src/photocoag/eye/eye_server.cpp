@@ -344,6 +344,7 @@ EyeStatistics serve_eye(const EyeServerOptions& options, PulsedEye& eye, FaultSc
   std::thread pulses([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     statistics.scheduling = request_real_time().describe();
+    keep_off_core(options.foreign_core);
     shared.memory->start_ns = monotonic_ns() + 1'000'000;
     ready.store(true, std::memory_order_release);
     Pulses(shared, eye, options, stop, statistics).run();

@@ -13,7 +13,8 @@ namespace photocoag {
 
 struct EyeServerOptions {
   std::string socket;
-  bool once = false;  ///< end when the first controller has gone
+  bool once = false;      ///< end when the first controller has gone
+  int foreign_core = -1;  ///< the controller's own: no pulse is made there
 };
 
 /// Serves until `stop`, or as `once` says. Throws Error before the first pulse only.

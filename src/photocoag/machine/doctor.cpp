@@ -90,7 +90,7 @@ Finding isolated(const fs::path& root) {
   const std::string cpus = line_of(root / "sys/devices/system/cpu/isolated").value_or("");
   if (!cpus.empty()) return {"isolated cores", Health::kGood, cpus, ""};
   return {"isolated cores", Health::kWarn, "none",
-          "boot with isolcpus=N nohz_full=N rcu_nocbs=N and run under taskset -c N"};
+          "boot with isolcpus=N nohz_full=N rcu_nocbs=N and set safety.core = N"};
 }
 
 Finding cores(const fs::path& root) {

@@ -120,8 +120,10 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     TreatmentObserver observer(period, true, &around.log, GoalWatch(config));
     if constexpr (kEye) device.begin(config.cycles());
     const auto begin = std::chrono::steady_clock::now();
+    const PageFaults before = page_faults();
     treatment.outcome = run_loop(controller, continued, supervisor, period,
                                  std::span(treatment.records), around.progress, observer);
+    treatment.page_faults = page_faults() - before;
     treatment.histograms = observer.histograms();
     treatment.goal = observer.goal();
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
@@ -374,7 +376,7 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
   std::exception_ptr failure;
   std::thread loop([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
-    treatment.scheduling = request_real_time().describe();
+    treatment.scheduling = request_real_time(config.safety.core).describe();
     try {
       if (device.eye()) {
         treat_eye(config, device, model, around, treatment);

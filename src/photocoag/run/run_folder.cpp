@@ -227,6 +227,8 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
                        {"thermal_dose_upper", treatment.outcome.safety.dose}};
   if (!treatment.scheduling.empty()) {
     summary["scheduling"] = treatment.scheduling;
+    summary["page_faults"] = {{"minor", treatment.page_faults.minor},
+                              {"major", treatment.page_faults.major}};
     summary["timing"] = {{"cycle_us", percentiles_us(treatment.timing.cycle)},
                          {"wake_late_us", percentiles_us(treatment.timing.wake_late)}};
   }

@@ -73,10 +73,12 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
     PacedEye device(eye, pace, period);
     RealTime granted;
     std::thread loop([&] {
-      granted = request_real_time();
+      granted = request_real_time(config.safety.core);
+      const PageFaults before = page_faults();
       pace.start();
       treatment.outcome = run_loop(controller, device, supervisor, period,
                                    std::span(treatment.records), progress, observer);
+      treatment.page_faults = page_faults() - before;
     });
     loop.join();
     treatment.scheduling = granted.describe();
@@ -119,9 +121,16 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
 }  // namespace
 
 void require_real_time(const Config& config) {
-  if (config.safety.real_time != RealTimeMode::kEnforce) return;
+  const int core = config.safety.core;
   RealTime granted;
-  std::thread([&granted] { granted = request_real_time(); }).join();
+  std::thread([&] { granted = request_real_time(core); }).join();
+  if (granted.core != core) {
+    throw Error(ErrorParts{.key = "safety.core",
+                           .problem = "the loop may not run on that core",
+                           .found = fmt::format("{}", core),
+                           .accepted = allowed_cores() + ", or -1"});
+  }
+  if (config.safety.real_time != RealTimeMode::kEnforce) return;
   if (granted.fifo_priority && granted.locked_memory) return;
   throw Error(ErrorParts{.where = "real time",
                          .key = "safety.real_time",

@@ -15,6 +15,7 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/observer.hpp"
 
@@ -47,12 +48,13 @@ struct Treatment {
   GoalWatch goal;
   bool recovered = false;     ///< from the log of a program that ended early
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
+  PageFaults page_faults;     ///< of the loop's thread while it treated
   double wall_seconds = 0.0;  ///< of the loop alone
   std::size_t full_order_states = 0;
   std::optional<DeviceReport> device;  ///< none: the simulated eye of this process
 };
 
-/// With safety.real_time = "enforce": throws Error unless this machine grants SCHED_FIFO and locked
+/// Throws Error unless the loop may run on safety.core. With safety.real_time = "enforce" also unless this machine grants SCHED_FIFO and locked
 /// memory to a new thread.
 void require_real_time(const Config& config);
 

@@ -17,6 +17,7 @@ struct SafetySettings {
   double thermal_dose_max =
       0.0;  ///< Arrhenius integral (schlott_2012), 0: not limited; at most 1e6
   RealTimeMode real_time = RealTimeMode::kObserve;
+  int core = -1;  ///< that the loop's thread is pinned to; -1: none
   bool operator==(const SafetySettings&) const = default;
 };
 
