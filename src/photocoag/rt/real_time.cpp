@@ -32,13 +32,16 @@ RealTime request_real_time(int core) noexcept {
   granted.fifo_priority = request_fifo_priority(kPriority);
   granted.locked_memory = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   touch_stack();
-  if (core >= 0 && core < CPU_SETSIZE) {
-    cpu_set_t only;
-    CPU_ZERO(&only);
-    CPU_SET(core, &only);
-    if (pthread_setaffinity_np(pthread_self(), sizeof(only), &only) == 0) granted.core = core;
-  }
+  if (core != kAnyCore && pin_to_core(core)) granted.core = core;
   return granted;
+}
+
+bool pin_to_core(int core) noexcept {
+  if (core < 0 || core >= CPU_SETSIZE) return false;
+  cpu_set_t only;
+  CPU_ZERO(&only);
+  CPU_SET(core, &only);
+  return sched_setaffinity(0, sizeof(only), &only) == 0;
 }
 
 void keep_off_core(int core) noexcept {

@@ -23,6 +23,9 @@ bool request_fifo_priority(int priority) noexcept;
 /// touches the stack, pins to `core` unless that is kAnyCore. Never throws.
 RealTime request_real_time(int core = kAnyCore) noexcept;
 
+/// The calling thread runs on `core` alone. False: it may not. Never throws.
+bool pin_to_core(int core) noexcept;
+
 /// The calling thread leaves `core` to others, if there is another one. Never throws.
 void keep_off_core(int core) noexcept;
 

@@ -122,15 +122,17 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
 
 void require_real_time(const Config& config) {
   const int core = config.safety.core;
-  RealTime granted;
-  std::thread([&] { granted = request_real_time(core); }).join();
-  if (granted.core != core) {
+  bool may_run = true;
+  std::thread([&] { may_run = core == kAnyCore || pin_to_core(core); }).join();
+  if (!may_run) {
     throw Error(ErrorParts{.key = "safety.core",
                            .problem = "the loop may not run on that core",
                            .found = fmt::format("{}", core),
                            .accepted = allowed_cores() + ", or -1"});
   }
   if (config.safety.real_time != RealTimeMode::kEnforce) return;
+  RealTime granted;
+  std::thread([&granted] { granted = request_real_time(); }).join();
   if (granted.fifo_priority && granted.locked_memory) return;
   throw Error(ErrorParts{.where = "real time",
                          .key = "safety.real_time",
