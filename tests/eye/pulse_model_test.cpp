@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "photocoag/eye/pulsed_tissue.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "support/reduced_models.hpp"
 #include "support/thrown.hpp"
@@ -73,6 +75,54 @@ TEST(PulseModel, ModelAndWitnessFollowThePulses) {
     witness.learn(seen.outputs().volume);
   }
   EXPECT_NEAR(witness.absorption_high(), kAlpha, 0.15);
+}
+
+TEST(PulseModel, HeatYoungerThanAPulsePeriodIsThatOfTheFullModel) {
+  constexpr int kPulses = 10;
+  constexpr double kPower = 0.025;
+  const auto full = coarse_full_model(normalized(Tissue{}));
+  const ReducedModel model = coarse_model(normalized(Tissue{}));
+  const double pulse_period = model.period / kPulses;
+  const PulseFeed feed = feed_of_fresh_heat(full, model, kPulses);
+  WitnessModel witness_data = witness_model(model, EstimatorSettings{});
+  see_pulses(witness_data, kPulses, feed);
+  // Root mean square difference between what pulses hear and what the model says they do, relative.
+  const auto misfit = [&](double alpha, const PulseFeed& with) {
+    PulsedTissue tissue(full, pulse_period, alpha, GrueneisenCurve(water_like_curve()));
+    ReducedPlant seen(seen_by_pulses(model, kPulses, with), alpha);
+    double squares = 0.0;
+    double largest = 0.0;
+    for (int k = 0; k < 100; ++k) {
+      double heard = 0.0;
+      for (int p = 0; p < kPulses; ++p) {
+        heard += tissue.before().volume / kPulses;
+        tissue.pulse(kPower * pulse_period);
+      }
+      seen.step(kPower);
+      if (k == 0) continue;  // its first pulse has heard nothing at all
+      squares += std::pow(seen.outputs().volume - heard, 2) / 99.0;
+      largest = std::max(largest, heard);
+    }
+    return std::sqrt(squares) / largest;
+  };
+  for (const double alpha : {0.5, 1.1, 1.6}) {
+    // What is left is the reduced model's own error, within 1 % of the largest value.
+    EXPECT_LT(misfit(alpha, feed), 0.005) << alpha;
+    EXPECT_LT(misfit(alpha, feed), 0.7 * misfit(alpha, {})) << alpha;
+    EXPECT_LT(feed(alpha), -0.5) << alpha << ": K/W, the model of few states shows too much";
+    // The nearest combination of the model's terms is near.
+    ReducedPlant with(seen_by_pulses(model, kPulses, feed), alpha);
+    ReducedPlant without(seen_by_pulses(model, kPulses), alpha);
+    with.step(1.0);
+    without.step(1.0);
+    EXPECT_NEAR(with.outputs().volume - without.outputs().volume, feed(alpha),
+                0.01 * std::abs(feed(alpha)) + 0.02)
+        << alpha;
+  }
+  for (std::size_t j = 0; j < witness_data.absorptions; j += 7) {
+    EXPECT_EQ(witness_data.seen_feed[j], feed(witness_data.absorption[j]));
+  }
+  EXPECT_FALSE(feed_of_fresh_heat(full, model, 1)) << "a single pulse hears none of its period";
 }
 
 TEST(PulseModel, WhatCannotBeSeenIsRefused) {

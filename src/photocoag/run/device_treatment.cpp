@@ -156,7 +156,7 @@ double patience_of(const Config& config) {
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-               const Surroundings& around, Treatment& treatment) {
+               const PulseFeed& feed, const Surroundings& around, Treatment& treatment) {
   const int pulses = pulses_per_period(config);
   const GrueneisenCurve curve(load_curve(config.photoacoustics.calibration));
   std::optional<EyeDevice> place;
@@ -181,8 +181,9 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
   });
   treatment.full_order_states = device.full_order_states();
   WitnessModel witness = witness_of(config, model);
-  see_pulses(witness, pulses);
-  BasicController<Mpc> controller(seen_by_pulses(model, pulses), config.control, config.estimator);
+  see_pulses(witness, pulses, feed);
+  BasicController<Mpc> controller(seen_by_pulses(model, pulses, feed), config.control,
+                                  config.estimator);
   treat_with(config, controller, device, witness, around, treatment);
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = address.over_socket ? "eye, socket" : "eye, shared memory",
@@ -368,6 +369,9 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
                                std::atomic<std::size_t>& progress,
                                const std::filesystem::path& log_folder) {
   const ReducedModel& model = models.reduced();
+  PulseFeed feed;
+  if (device.eye())
+    feed = feed_of_fresh_heat(models.model_full(), model, pulses_per_period(config));
   const auto log = start_log(config, models, log_folder);
   const Surroundings around{stop, progress, *log};
   Treatment treatment;
@@ -379,7 +383,7 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
     treatment.scheduling = request_real_time(config.safety.core).describe();
     try {
       if (device.eye()) {
-        treat_eye(config, device, model, around, treatment);
+        treat_eye(config, device, model, feed, around, treatment);
       } else {
         treat_driver(config, device, model, around, treatment);
       }

@@ -4,7 +4,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "photocoag/core/error.hpp"
 
@@ -32,7 +35,119 @@ SeenMode seen_by_pulses(double decay, int pulses) {
   return seen;
 }
 
-ReducedModel seen_by_pulses(const ReducedModel& model, int pulses) {
+namespace {
+
+// What a mode of this rate, 1/s, lacks per watt when pulses hear it, at the steady state.
+double shortfall(double rate, double pulse_period) {
+  const double exponent = rate * pulse_period;
+  return (1.0 - exponent / std::expm1(exponent)) / rate;
+}
+
+/// A real diagonalisation of A_d, or an Error.
+struct DecayingModes {
+  explicit DecayingModes(const ReducedModel& model) {
+    const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
+    if (model.discretization != Discretization::kZeroOrderHold || eigen.info() != Eigen::Success ||
+        eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 1e-9) {
+      throw Error(ErrorParts{.key = "model.discretization",
+                             .problem = "samples by pulses need a model that is exact in time",
+                             .accepted = "zero-order-hold, and modes that decay"});
+    }
+    right = eigen.eigenvectors().real();
+    left = right.inverse();
+    decay = eigen.eigenvalues().real();
+  }
+  Eigen::MatrixXd right;
+  Eigen::MatrixXd left;
+  Eigen::VectorXd decay;
+};
+
+/// Evenly over the model's range of alpha and beta.
+std::vector<AbsorptionFactors> samples_of(const ReducedModel& model) {
+  constexpr int kAlphas = 41;
+  const int betas = model.parameters == 2 ? 9 : 1;
+  std::vector<AbsorptionFactors> samples;
+  for (int b = 0; b < betas; ++b) {
+    for (int a = 0; a < kAlphas; ++a) {
+      const auto between = [](double low, double high, int i, int count) {
+        return count == 1 ? 1.0 : low + (high - low) * i / (count - 1.0);
+      };
+      samples.push_back({between(model.absorption_min, model.absorption_max, a, kAlphas),
+                         between(model.choroid_min, model.choroid_max, b, betas)});
+    }
+  }
+  return samples;
+}
+
+// Terms of an input X so that C_vol(alpha, beta) X(alpha, beta) is `feed`, by least squares.
+Eigen::MatrixXd terms_of(const PulseFeed& feed, const ReducedModel& model) {
+  const Eigen::Index n = model.order();
+  const Eigen::Index terms = model.terms();
+  const std::vector<AbsorptionFactors> samples = samples_of(model);
+  const auto count = static_cast<Eigen::Index>(samples.size());
+  Eigen::MatrixXd rows(count, n * terms);
+  Eigen::VectorXd wanted(count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const AbsorptionFactors at = samples[static_cast<std::size_t>(s)];
+    ParametricMatrices matrices;
+    model.evaluate(at.alpha, at.beta, matrices);
+    TermVector value;
+    TermVector slope;
+    TermVector slope_choroid;
+    if (model.parameters == 2) {
+      model.theta.evaluate(at.alpha, at.beta, value, slope, slope_choroid);
+    } else {
+      model.theta.evaluate(at.alpha, value, slope);
+    }
+    for (Eigen::Index j = 0; j < terms; ++j) {
+      rows.row(s).segment(j * n, n) = value[j] * Eigen::VectorXd(matrices.volume).transpose();
+    }
+    wanted[s] = feed(at);
+  }
+  // The smallest X of all that fit: nothing large may cancel.
+  const Eigen::VectorXd x =
+      Eigen::BDCSVD<Eigen::MatrixXd>(rows, Eigen::ComputeThinU | Eigen::ComputeThinV)
+          .setThreshold(1e-8)
+          .solve(wanted);
+  return Eigen::Map<const Eigen::MatrixXd>(x.data(), n, terms);
+}
+
+}  // namespace
+
+PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const ReducedModel& model,
+                             int pulses) {
+  if (pulses < 2 || !full->separable()) return {};
+  const double pulse_period = model.period / pulses;
+  const Eigen::VectorXd spot = full->beam().cwiseAbs2();
+  const Eigen::VectorXd& radial = full->radial().rates;
+  const Eigen::VectorXd& axial = full->axial().rates;
+  Eigen::VectorXd profile = Eigen::VectorXd::Zero(axial.size());
+  for (Eigen::Index i = 0; i < radial.size(); ++i) {
+    for (Eigen::Index j = 0; j < axial.size(); ++j) {
+      profile[j] += spot[i] * shortfall(radial[i] + axial[j], pulse_period);
+    }
+  }
+  const DecayingModes modes(model);
+  Eigen::VectorXd lacking(model.order());
+  for (Eigen::Index i = 0; i < lacking.size(); ++i) {
+    // B_d of the mode is (1 - decay) / l times b. One that is gone within a period has no rate.
+    const double decay = modes.decay[i];
+    const double rate = -std::log(decay) / model.period;
+    const double relative = decay > 0.0 ? shortfall(rate, pulse_period) * rate : 1.0;
+    lacking[i] = relative / (1.0 - decay);
+  }
+  const Eigen::MatrixXd map = modes.right * lacking.asDiagonal() * modes.left;
+  return [full = std::move(full), model, map, profile,
+          share = (pulses - 1.0) / pulses](AbsorptionFactors at) {
+    ParametricMatrices matrices;
+    model.evaluate(at.alpha, at.beta, matrices);
+    const double reduced =
+        Eigen::VectorXd(matrices.volume).dot(map * Eigen::VectorXd(matrices.input));
+    return share * (reduced - full->output_weights(at).volume.dot(profile));
+  };
+}
+
+ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed) {
   const Eigen::Index n = model.order();
   if (2 * n > kMaxOrder) {
     throw Error(ErrorParts{.key = "model.order",
@@ -40,19 +155,13 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses) {
                            .found = fmt::format("{}", n),
                            .accepted = fmt::format("at most {}", kMaxOrder / 2)});
   }
-  const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
-  if (model.discretization != Discretization::kZeroOrderHold || eigen.info() != Eigen::Success ||
-      eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 1e-9) {
-    throw Error(ErrorParts{.key = "model.discretization",
-                           .problem = "samples by pulses need a model that is exact in time",
-                           .accepted = "zero-order-hold, and modes that decay"});
-  }
-  const Eigen::MatrixXd right = eigen.eigenvectors().real();
-  const Eigen::MatrixXd left = right.inverse();
+  const DecayingModes modes(model);
+  const Eigen::MatrixXd& right = modes.right;
+  const Eigen::MatrixXd& left = modes.left;
   Eigen::VectorXd before(n);
   Eigen::VectorXd power(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const SeenMode seen = seen_by_pulses(eigen.eigenvalues()[i].real(), pulses);
+    const SeenMode seen = seen_by_pulses(modes.decay[i], pulses);
     before[i] = seen.before;
     power[i] = seen.power;
   }
@@ -69,6 +178,7 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses) {
   twice.B_d = InputTerms::Zero(2 * n, terms);
   twice.B_d.topRows(n) = model.B_d;
   twice.B_d.bottomRows(n) = right * power.asDiagonal() * left * Eigen::MatrixXd(model.B_d);
+  if (feed) twice.B_d.bottomRows(n) += terms_of(feed, model);
   twice.C_volume = OutputTerms::Zero(model.C_volume.rows(), 2 * n);
   twice.C_volume.rightCols(n) = model.C_volume;
   twice.C_peak = StateVector::Zero(2 * n);
@@ -76,8 +186,12 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses) {
   return twice;
 }
 
-void see_pulses(WitnessModel& witness, int pulses) {
+void see_pulses(WitnessModel& witness, int pulses, const PulseFeed& feed) {
   witness.averaged = true;
+  for (std::size_t j = 0; feed && j < witness.absorptions * witness.choroids; ++j) {
+    witness.seen_feed[j] = feed(
+        {witness.absorption[j % witness.absorptions], witness.choroid[j / witness.absorptions]});
+  }
   for (std::size_t i = 0; i < kWitnessModes; ++i) {
     const SeenMode seen = seen_by_pulses(witness.decay[i], pulses);
     witness.seen_before[i] = seen.before;

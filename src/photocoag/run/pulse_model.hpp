@@ -2,6 +2,10 @@
 // run, tests. Source: docs/photoacoustics.md (P9). Units: SI.
 #pragma once
 
+#include <functional>
+#include <memory>
+
+#include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/safety/witness.hpp"
 
@@ -17,13 +21,27 @@ struct SeenMode {
 };
 SeenMode seen_by_pulses(double decay, int pulses);
 
+/// K/W, by alpha and beta: how much more of the power of its own period a sample shows than the
+/// reduced model's modes say. Negative: less.
+using PulseFeed = std::function<double(AbsorptionFactors)>;
+
+/// Each pulse hears the tissue before its own heat, and misses what constant power would show of
+/// heat younger than a pulse period. Most of that has already left the thin RPE: fast modes, which
+/// a model of few states lumps together. The difference of the two steady shortfalls,
+///   sum over the modes of c b (1/l - h / (e^(l h) - 1)),
+/// reduced minus full order, times (m - 1) / m: the first pulse of a period has heard none of its
+/// power yet. For one pulse per period, and for layers that conduct differently: nothing.
+PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const ReducedModel& model,
+                             int pulses);
+
 /// The model with twice the states: the second half is what the pulses of the last period saw of
-/// the first, and the volume temperature is taken from it. Estimators need nothing else: the
-/// derivative by alpha is the right one. Throws Error if the order is above 7, modes do not decay
-/// without oscillating, or the model is not exact for constant powers.
-ReducedModel seen_by_pulses(const ReducedModel& model, int pulses);
+/// the first, and the volume temperature is taken from it; `feed` (may be empty) comes on top, as
+/// the nearest combination of the model's terms. Estimators need nothing else: the derivative by
+/// alpha is the right one. Throws Error if the order is above 7, modes do not decay without
+/// oscillating, or the model is not exact for constant powers.
+ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed = {});
 
 /// The same for the witness.
-void see_pulses(WitnessModel& witness, int pulses);
+void see_pulses(WitnessModel& witness, int pulses, const PulseFeed& feed = {});
 
 }  // namespace photocoag

@@ -138,11 +138,13 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   ModelStore models(config, use_cache);
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
+  PulseFeed feed;
+  if (pulses) feed = feed_of_fresh_heat(models.model_full(), models.reduced(), per_period);
   const ReducedModel model =
-      pulses ? seen_by_pulses(models.reduced(), per_period) : models.reduced();
+      pulses ? seen_by_pulses(models.reduced(), per_period, feed) : models.reduced();
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   WitnessModel witness = witness_model(models.reduced(), config.estimator);
-  if (pulses) see_pulses(witness, per_period);
+  if (pulses) see_pulses(witness, per_period, feed);
   // Only runs on a device say what was commanded.
   const std::string header = read_file((folder / "run.csv").string(), kLargestRun, "run.csv");
   const bool device = header.substr(0, header.find('\n')).find(",power_command_W") != header.npos;

@@ -79,6 +79,7 @@ WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& e
     const Eigen::VectorXd volume = right.transpose() * Eigen::VectorXd(at.volume);
     const Eigen::VectorXd peak = right.transpose() * Eigen::VectorXd(model.C_peak);
     witness.absorption[own] = alpha;
+    witness.choroid[j / witness.absorptions] = beta;
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       witness.volume[j][k] = volume[i] * input[i];

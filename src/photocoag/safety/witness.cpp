@@ -46,7 +46,8 @@ void Witness::emit(double power) noexcept {
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
   for (std::size_t j = 0; j < curves(); ++j) {
-    volume_now_[j] = dot(model_.volume[j], model_.averaged ? seen : lag_);
+    volume_now_[j] = model_.averaged ? dot(model_.volume[j], seen) + model_.seen_feed[j] * power
+                                     : dot(model_.volume[j], lag_);
   }
 }
 

@@ -24,6 +24,7 @@ struct WitnessModel {
   double memory = 0.95;                                  ///< of the misfit, per sample
   std::array<double, kWitnessModes> decay{};             ///< per period; 0 where not used
   std::array<double, kWitnessAbsorptions> absorption{};  ///< ascending
+  std::array<double, kWitnessChoroids> choroid{};        ///< beta
   std::array<Weights, kWitnessCurves> volume{};          ///< K/W per lag
   std::array<Weights, kWitnessCurves> peak{};            ///< K/W per lag
   std::array<double, kWitnessCurves> steady_peak{};      ///< K/W
@@ -32,6 +33,7 @@ struct WitnessModel {
   bool averaged = false;
   std::array<double, kWitnessModes> seen_before{};
   std::array<double, kWitnessModes> seen_power{};
+  std::array<double, kWitnessCurves> seen_feed{};  ///< K/W, of the period's own power on top
 };
 
 /// How a sample compares with what the emitted power can have caused.
