@@ -181,6 +181,65 @@ TEST(Plot, RefusesInvalidFigures) {
   EXPECT_NE(message_of([&] { render(figure); }).find("ascending"), std::string::npos);
 }
 
+// The end points of the first curve of a drawing, in px: {y of the first, y of the last}.
+std::pair<double, double> ends_of_curve(const std::string& svg) {
+  const std::size_t path = svg.find("<path class=\"pc-line-series-1\"");
+  const std::size_t data = svg.find(" d=\"M", path) + 5;
+  const std::string curve = svg.substr(data, svg.find('"', data) - data);
+  return {std::stod(curve.substr(curve.find(' '))), std::stod(curve.substr(curve.rfind(' ')))};
+}
+
+TEST(Plot, OnALogarithmicAxisEveryPowerOfTenIsAsHigh) {
+  const auto height = [](double from, double to) {
+    Figure figure{.x_max = 1.0};
+    figure.panels = {Panel{.title = "counts",
+                           .series = {{.x = {0.0, 1.0}, .y = {from, to}}},
+                           .y_min = 0.5,
+                           .y_max = 1e4,
+                           .y_log = true}};
+    const auto [first, last] = ends_of_curve(render(figure));
+    return first - last;
+  };
+  const double decade = height(1.0, 10.0);
+  EXPECT_GT(decade, 20.0);
+  // gnuplot writes px with two digits.
+  EXPECT_NEAR(height(100.0, 1000.0), decade, 0.03);
+  EXPECT_NEAR(height(1.0, 1000.0), 3.0 * decade, 0.03);
+  // A count of 0 lies on the axis, half a count up.
+  EXPECT_NEAR(height(0.0, 1.0), decade * std::log10(2.0), 0.03);
+}
+
+TEST(Plot, ALevelLiesWhereTheLogarithmPutsIt) {
+  Figure figure{.x_max = 1.0};
+  figure.panels = {Panel{.series = {{.x = {0.0, 1.0}, .y = {100.0, 100.0}}},
+                         .levels = {{.label = "hundred", .y = 100.0}},
+                         .y_min = 1.0,
+                         .y_max = 1e4,
+                         .y_log = true}};
+  const std::string svg = render(figure);
+  const std::size_t name = svg.find("pc-text-level");
+  const double base_line = std::stod(svg.substr(svg.find(" y=\"", name) + 4));
+  EXPECT_NEAR(base_line + 4.0, ends_of_curve(svg).first, 0.03);  // names stand 4 px above
+  figure.panels[0].levels[0].y = 0.0;
+  EXPECT_NE(message_of([&] { render(figure); }).find("a finite level above 0"), std::string::npos);
+  figure.panels[0].levels.clear();
+  figure.panels[0].y_min = 0.0;
+  EXPECT_NE(message_of([&] { render(figure); }).find("y is logarithmic"), std::string::npos);
+}
+
+TEST(Plot, WithoutARangeALogarithmicAxisHoldsTheValuesAboveZero) {
+  Figure figure{.x_max = 3.0};
+  figure.panels = {
+      Panel{.series = {{.x = {0.0, 1.0, 2.0, 3.0}, .y = {0.0, 30.0, NAN, 700.0}}}, .y_log = true}};
+  const std::string svg = render(figure);
+  for (const char* tick : {">10</text>", ">100</text>", ">1000</text>"})
+    EXPECT_NE(svg.find(tick), std::string::npos) << tick;
+  figure.panels[0].series[0].y[1] = 30'000.0;
+  EXPECT_NE(render(figure).find(">100k</text>"), std::string::npos);
+  figure.panels[0].series.clear();
+  EXPECT_EQ(xml_problem(render(figure)), "");
+}
+
 TEST(Plot, MissingGnuplotNamesThePackage) {
   const Figure figure = example();
   const auto draw = [&](const std::string& program) {

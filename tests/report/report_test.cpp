@@ -107,6 +107,34 @@ TEST(Report, TimingIsGenericAndOptional) {
   expect_on(page, "wake late in µs");
 }
 
+TEST(Report, HistogramsAreDrawnBesideTheTiming) {
+  RunFolder run;
+  run.timing =
+      ", \"timing\": {\"wake_us\": {\"median\": 12}, \"write_us\": {\"median\": 0}}, "
+      "\"histograms\": {\"wake_us\": {\"bins\": [[11, 40], [12, 19], [71, 1]], \"below_0\": 0, "
+      "\"overflow\": 0, \"without\": 0}, \"write_us\": {\"bins\": [], \"below_0\": 0, "
+      "\"overflow\": 0, \"without\": 60}}";
+  const std::string page = page_of(run);
+  EXPECT_EQ(count_of(page, "<svg"), 16U + 2U);  // nothing to draw for write
+  EXPECT_EQ(count_of(page, ">Wake: cycles per 1 µs</text>"), 2U);
+  expect_on(page, "most (40) from 11 to 12 µs.");
+  const std::size_t drawings = page.find("<div class=\"columns count-1 histograms\">");
+  ASSERT_NE(drawings, std::string::npos);
+  EXPECT_EQ(xml_problem(page.substr(drawings, page.find("</section>", drawings) - drawings)), "");
+  run.cycles = 0;  // no cycle: the histograms alone
+  EXPECT_EQ(count_of(page_of(run), "<svg"), 2U);
+}
+
+TEST(Report, MalformedHistogramsAreNamed) {
+  RunFolder run;
+  for (const std::string bins : {"[[1, 2], [1, 3]]", "[[-1, 2]]", "[[1, 2.5]]", "[[1]]", "7",
+                                 "[[9223372036854775807, 1]]"}) {
+    run.timing = ", \"histograms\": {\"wake_us\": {\"bins\": " + bins + "}}";
+    run.write();
+    expect_on(failure(run), "summary.json: histograms.wake_us: bins: found ");
+  }
+}
+
 TEST(Report, SaysWhenTheLimitWasExceeded) {
   RunFolder run;
   run.violation_at = 33;

@@ -89,14 +89,8 @@ std::string figures_section(const std::vector<FigureColumn>& columns) {
       fmt::format("<section><h2>Course of the treatment</h2>\n<div class=\"columns count-{}\">\n",
                   columns.size());
   for (const FigureColumn& column : columns) {
-    fmt::format_to(Out(html), "<div class=\"column\"><h3>{}</h3>\n<div class=\"stack\">\n",
-                   escape_html(column.heading));
-    for (std::size_t k = 0; k < column.wide.size(); ++k)
-      fmt::format_to(
-          Out(html),
-          "<figure><div class=\"wide\">{}</div><div class=\"narrow\">{}</div></figure>\n",
-          column.wide[k], column.narrow[k]);
-    html += "</div></div>\n";
+    fmt::format_to(Out(html), "<div class=\"column\"><h3>{}</h3>\n{}</div>\n",
+                   escape_html(column.heading), page_detail::stack(column));
   }
   return html + "</div></section>\n";
 }
@@ -131,9 +125,18 @@ std::string reproduce_section(const RunSummary& summary, const RunConfig& config
 
 }  // namespace
 
+std::string page_detail::stack(const FigureColumn& column) {
+  std::string html = "<div class=\"stack\">\n";
+  for (std::size_t k = 0; k < column.wide.size(); ++k)
+    fmt::format_to(Out(html),
+                   "<figure><div class=\"wide\">{}</div><div class=\"narrow\">{}</div></figure>\n",
+                   column.wide[k], column.narrow[k]);
+  return html + "</div>";
+}
+
 std::string report_page(const RunLog& log, const RunSummary& summary, const RunConfig& config,
                         const std::vector<FigureColumn>& figures, const FieldPicture& field,
-                        const std::string& folder) {
+                        const FigureColumn& histograms, const std::string& folder) {
   const Verdict verdict = judge(log, summary, config);
   std::string html = head(verdict);
   fmt::format_to(
@@ -154,7 +157,7 @@ std::string report_page(const RunLog& log, const RunSummary& summary, const RunC
   html += figures_section(figures);
   html += field_section(field);
   html += page_detail::summary_section(log, summary, config);
-  html += page_detail::timing_section(summary);
+  html += page_detail::timing_section(summary, histograms);
   html += reproduce_section(summary, config, folder);
   if (!log.empty())
     html += "<details><summary>First 10 and last 3 cycles</summary>\n" +

@@ -44,6 +44,7 @@ h3{font-size:.9375rem;font-weight:600;color:var(--quiet);margin-bottom:8px}
 .columns.count-2{grid-template-columns:repeat(2,minmax(0,1fr))}
 .columns.count-1 .stack{grid-template-columns:repeat(2,minmax(0,1fr))}
 .stack{display:grid;gap:22px 40px}
+.histograms{margin-top:14px}
 .narrow{display:none}
 .tables{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:24px 40px}
 table{border-collapse:collapse;font-size:.9375rem;line-height:1.4}

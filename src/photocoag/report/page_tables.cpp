@@ -178,7 +178,15 @@ std::string solver_table(const RunLog& log) {
   return table.end();
 }
 
-// "wake_late_us" -> {"wake late", "µs"}
+// Three to four significant digits, never an exponent in the usual range.
+std::string short_number(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e9) return fmt::format("{:.0f}", value);
+  const double size = std::abs(value);
+  return fmt::format("{:.{}f}", value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : size >= 1.0 ? 2 : 3);
+}
+
+}  // namespace
+
 std::pair<std::string, std::string> name_and_unit(std::string name) {
   std::string unit;
   const std::size_t last = name.rfind('_');
@@ -191,15 +199,6 @@ std::pair<std::string, std::string> name_and_unit(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
   return {name, unit};
 }
-
-// Three to four significant digits, never an exponent in the usual range.
-std::string short_number(double value) {
-  if (value == std::floor(value) && std::abs(value) < 1e9) return fmt::format("{:.0f}", value);
-  const double size = std::abs(value);
-  return fmt::format("{:.{}f}", value, size >= 100.0 ? 0 : size >= 10.0 ? 1 : size >= 1.0 ? 2 : 3);
-}
-
-}  // namespace
 
 std::string quantity(std::optional<double> value, int digits, std::string_view unit) {
   if (!value || !std::isfinite(*value)) return std::string(kNone);
@@ -221,7 +220,7 @@ std::string summary_section(const RunLog& log, const RunSummary& summary, const 
          run_table(log, summary) + solver_table(log) + "</div>\n</div></section>\n";
 }
 
-std::string timing_section(const RunSummary& summary) {
+std::string timing_section(const RunSummary& summary, const FigureColumn& histograms) {
   if (summary.timing.empty()) return {};
   std::vector<std::string> columns;
   for (const RunSummary::Timing& row : summary.timing)
@@ -245,7 +244,15 @@ std::string timing_section(const RunSummary& summary) {
     }
     html += "</tr>\n";
   }
-  return html + "</tbody></table></div></section>\n";
+  html += "</tbody></table></div>\n";
+  if (!histograms.wide.empty())
+    html +=
+        "<p class=\"hint\">Wake: from the end of the period to the wake-up. Compute: from the "
+        "sample to the power, without the eye. Write: until the device has it. Slack: from then "
+        "to the next deadline. Where the time of every cycle went, counts logarithmic:</p>\n"
+        "<div class=\"columns count-1 histograms\">" +
+        stack(histograms) + "</div>\n";
+  return html + "</section>\n";
 }
 
 std::string cycles_table(const RunLog& log) {

@@ -50,10 +50,14 @@ void check(const Figure& figure) {
       check_length(band.high.size(), band.x.size(), panel.title + ", " + band.legend);
     }
     for (const Level& level : panel.levels)
-      if (!std::isfinite(level.y))
+      if (!std::isfinite(level.y) || (panel.y_log && level.y <= 0.0))
         throw Error({.key = panel.title + ", " + level.label,
                      .found = fmt::format("{}", level.y),
-                     .accepted = "a finite level"});
+                     .accepted = panel.y_log ? "a finite level above 0" : "a finite level"});
+    if (panel.y_log && panel.y_min && !(*panel.y_min > 0.0))
+      throw Error({.key = panel.title + ", y_min",
+                   .found = fmt::format("{}", *panel.y_min),
+                   .accepted = "above 0, y is logarithmic"});
   }
 }
 

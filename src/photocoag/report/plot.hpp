@@ -70,6 +70,7 @@ struct Panel {
   std::vector<Series> series = {};
   std::vector<Level> levels = {};
   std::optional<double> y_min = {}, y_max = {};  ///< absent: from the data in view and the levels
+  bool y_log = false;  ///< powers of ten; what is below y_min (a count of 0) is drawn at y_min
 };
 
 /// Panels above each other over one x axis.
@@ -96,7 +97,8 @@ struct PlotOptions {
 /// Draws all figures with one run of gnuplot; result k is the SVG text of figure k.
 /// Text is real text; width and height follow the container (viewBox).
 /// Throws Error: gnuplot missing (names the package), gnuplot failed, or a figure that is not valid
-/// (lengths differ, x not ascending, empty x range, not finite).
+/// (lengths differ, x not ascending, empty x range, not finite, a level or y_min that is not above
+/// 0 where y is logarithmic).
 std::vector<std::string> render_figures(std::span<const Figure> figures, SvgKind kind,
                                         const PlotOptions& options = {});
 

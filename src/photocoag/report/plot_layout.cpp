@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace photocoag::plot_detail {
 namespace {
@@ -52,7 +53,30 @@ Range data_range(const Panel& panel, const Figure& figure) {
   return range;
 }
 
+// Whole powers of ten around the values above 0.
+void choose_log_range(const Panel& panel, const Figure& figure, PanelLayout& layout) {
+  Panel positive = panel;
+  const auto drop = [](std::vector<double>& values) {
+    for (double& value : values)
+      if (!(value > 0.0)) value = std::numeric_limits<double>::quiet_NaN();
+  };
+  for (Series& series : positive.series) drop(series.y);
+  for (Band& band : positive.bands) {
+    drop(band.low);
+    drop(band.high);
+  }
+  Range range = data_range(positive, figure);
+  if (!std::isfinite(range.low)) range = {1.0, 10.0};
+  const auto power_of_ten = [](double exponent) { return std::pow(10.0, exponent); };
+  layout.y_log = true;
+  layout.y_min = panel.y_min.value_or(power_of_ten(std::floor(std::log10(range.low))));
+  layout.y_max = panel.y_max.value_or(power_of_ten(std::ceil(std::log10(range.high) + 0.05)));
+  if (!(layout.y_max > layout.y_min)) layout.y_max = 10.0 * layout.y_min;
+  layout.y_ticks = {.step = 10.0, .digits = 0};
+}
+
 void choose_y_range(const Panel& panel, const Figure& figure, PanelLayout& layout) {
+  if (panel.y_log) return choose_log_range(panel, figure, layout);
   Range range = data_range(panel, figure);
   if (!std::isfinite(range.low)) range = {0.0, 1.0};
   const double spread = std::max({range.high - range.low, 1e-3 * std::abs(range.high), 1e-12});
@@ -103,6 +127,12 @@ double place_legend(std::vector<LegendEntry>& entries, double left, double right
 }
 
 }  // namespace
+
+double PanelLayout::height_of(double y) const noexcept {
+  const double share =
+      y_log ? std::log(y / y_min) / std::log(y_max / y_min) : (y - y_min) / (y_max - y_min);
+  return bottom - share * (bottom - top);
+}
 
 Ticks choose_ticks(double low, double high, double wanted) {
   const double rough = (high - low) / std::max(wanted, 2.0);

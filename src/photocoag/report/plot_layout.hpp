@@ -36,7 +36,11 @@ struct PanelLayout {
   double title_y = 0.0;                                     ///< base line of the title
   double y_min = 0.0, y_max = 1.0;
   Ticks y_ticks;
+  bool y_log = false;  ///< then y_ticks.step is a factor
   std::vector<LegendEntry> legend;
+
+  /// Where a value lies, px. Precondition: inside y_min and y_max.
+  double height_of(double y) const noexcept;
 };
 
 struct FigureLayout {

@@ -72,6 +72,16 @@ void write_data(std::string& script, std::string_view name, const Band& band) {
   script += "EOD\n";
 }
 
+// On a logarithmic axis a count of 0 lies on its lower end.
+void raise(Series& series, double lowest) {
+  for (double& y : series.y) y = y < lowest ? lowest : y;  // NaN stays
+}
+
+void raise(Band& band, double lowest) {
+  for (double& y : band.low) y = y < lowest ? lowest : y;
+  for (double& y : band.high) y = y < lowest ? lowest : y;
+}
+
 std::string line_style(Ink ink, Dash dash, double width) {
   const std::string pattern(dash_pattern(dash));
   return fmt::format("lw {} lc rgb \"{}\" dt {}", width, placeholder(ink),
@@ -80,6 +90,12 @@ std::string line_style(Ink ink, Dash dash, double width) {
 
 bool has_values(const std::vector<double>& y) {
   return std::any_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
+}
+
+// Six digits have no room: 100k.
+std::string tick_format(const PanelLayout& place) {
+  if (!place.y_log) return fmt::format("%.{}f", place.y_ticks.digits);
+  return place.y_max < 1e5 ? "%g" : "%.0s%c";
 }
 
 void write_panel(std::string& script, const Figure& figure, const Panel& panel,
@@ -91,13 +107,15 @@ void write_panel(std::string& script, const Figure& figure, const Panel& panel,
                  "set tmargin at screen {}\nset bmargin at screen {}\n",
                  across(place.left), across(place.right), upwards(place.top),
                  upwards(place.bottom));
-  fmt::format_to(Out(script), "set yrange [{}:{}]\nset ytics {}\nset format y \"%.{}f\"\n",
-                 place.y_min, place.y_max, place.y_ticks.step, place.y_ticks.digits);
+  fmt::format_to(Out(script), "set yrange [{}:{}]\nset ytics {}\nset format y \"{}\"\n",
+                 place.y_min, place.y_max, place.y_ticks.step, tick_format(place));
+  if (place.y_log) script += "set logscale y 10\n";
 
   std::vector<std::string> plots = {"NaN"};  // a panel without data still has axes
   int count = 0;
-  const auto add = [&](const auto& data, const std::string& style) {
+  const auto add = [&](auto data, const std::string& style) {
     const std::string name = fmt::format("$d{}", count++);
+    if (place.y_log) raise(data, place.y_min);
     write_data(script, name, data);
     plots.push_back(fmt::format("{} {}", name, style));
   };
@@ -121,6 +139,7 @@ void write_panel(std::string& script, const Figure& figure, const Panel& panel,
     }
   }
   fmt::format_to(Out(script), "plot {}\n", fmt::join(plots, ", "));
+  if (place.y_log) script += "unset logscale y\n";
 }
 
 }  // namespace

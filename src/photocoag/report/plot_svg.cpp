@@ -185,8 +185,7 @@ void write_words(std::string& svg, const Panel& panel, const PanelLayout& place)
 void write_levels(std::string& svg, const Panel& panel, const PanelLayout& place) {
   for (const Level& level : panel.levels) {
     if (level.label.empty() || level.y < place.y_min || level.y > place.y_max) continue;
-    const double share = (level.y - place.y_min) / (place.y_max - place.y_min);
-    const double line = place.bottom - share * (place.bottom - place.top);
+    const double line = place.height_of(level.y);
     fmt::format_to(Out(svg),
                    "<text class=\"pc-text-level pc-area-text-{}\" x=\"{:.2f}\" y=\"{:.2f}\" "
                    "text-anchor=\"end\">{}</text>\n",

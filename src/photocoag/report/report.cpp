@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <iterator>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
@@ -11,6 +12,7 @@
 #include "photocoag/report/page.hpp"
 #include "photocoag/report/run_figures.hpp"
 #include "photocoag/report/run_log.hpp"
+#include "photocoag/report/timing_figures.hpp"
 
 namespace photocoag {
 namespace {
@@ -26,42 +28,57 @@ struct Size {
 };
 constexpr Size kWide = {520.0, 250.0, 2000};
 constexpr Size kNarrow = {310.0, 228.0, 1000};
+constexpr double kHistogramHeight = 200.0;
 
-// Every part of the run in both sizes, with one run of gnuplot.
-std::vector<FigureColumn> draw_columns(const RunLog& log, const RunSummary& summary,
-                                       const RunConfig& config, const PlotOptions& options) {
-  if (log.empty()) return {};
-  const double end_ms = 1e3 * log.time_s.back();
-  std::vector<std::pair<std::string, double>> parts = {
-      {fmt::format("Whole run, {:g} ms", end_ms), end_ms}};
-  if (end_ms > kZoomFromMs) parts.emplace_back(fmt::format("First {:g} ms", kZoomMs), kZoomMs);
+struct Drawings {
+  std::vector<FigureColumn> parts;  // of the run
+  FigureColumn histograms;
+};
 
+// Every part of the run, and where its time went, in both sizes, with one run of gnuplot.
+Drawings draw_all(const RunLog& log, const RunSummary& summary, const RunConfig& config,
+                  const PlotOptions& options) {
+  std::vector<std::pair<std::string, double>> parts;
+  if (!log.empty()) {
+    const double end_ms = 1e3 * log.time_s.back();
+    parts.emplace_back(fmt::format("Whole run, {:g} ms", end_ms), end_ms);
+    if (end_ms > kZoomFromMs) parts.emplace_back(fmt::format("First {:g} ms", kZoomMs), kZoomMs);
+  }
   std::vector<Figure> figures;
+  std::vector<std::size_t> counts;  // of each size of each part, the histograms last
+  const auto add = [&](std::vector<Figure> more) {
+    counts.push_back(more.size());
+    figures.insert(figures.end(), std::make_move_iterator(more.begin()),
+                   std::make_move_iterator(more.end()));
+  };
   for (const auto& part : parts)
     for (const Size& size : {kWide, kNarrow})
-      for (Figure& figure : run_figures(log, summary, config,
-                                        {.from_ms = 0.0,
-                                        .to_ms = part.second,
-                                        .width = size.width,
-                                        .panel_height = size.panel_height,
-                                        .max_points = size.max_points}))
-        figures.push_back(std::move(figure));
-  const std::vector<std::string> drawn = render_figures(figures, SvgKind::kInline, options);
+      add(run_figures(log, summary, config,
+                      {.from_ms = 0.0,
+                       .to_ms = part.second,
+                       .width = size.width,
+                       .panel_height = size.panel_height,
+                       .max_points = size.max_points}));
+  for (const Size& size : {kWide, kNarrow})
+    add(timing_figures(summary.histograms, size.width, kHistogramHeight));
 
-  const std::size_t each = drawn.size() / (2 * parts.size());
-  std::vector<FigureColumn> columns;
+  const std::vector<std::string> drawn = render_figures(figures, SvgKind::kInline, options);
   auto next = drawn.begin();
-  const auto take = [&next, each] {
+  auto count = counts.begin();
+  const auto take = [&] {
     const auto begin = next;
-    next += static_cast<std::ptrdiff_t>(each);
+    next += static_cast<std::ptrdiff_t>(*count++);
     return std::vector<std::string>(begin, next);
   };
-  for (const auto& part : parts) {
-    FigureColumn column{.heading = part.first, .wide = take(), .narrow = {}};
-    column.narrow = take();
-    columns.push_back(std::move(column));
-  }
-  return columns;
+  const auto column = [&](const std::string& heading) {
+    FigureColumn both{.heading = heading, .wide = take(), .narrow = {}};
+    both.narrow = take();
+    return both;
+  };
+  Drawings drawings;
+  for (const auto& part : parts) drawings.parts.push_back(column(part.first));
+  drawings.histograms = column("");
+  return drawings;
 }
 
 }  // namespace
@@ -75,14 +92,15 @@ void write_report(const std::filesystem::path& run_folder, const PlotOptions& op
 
   std::string folder = run_folder.lexically_normal().string();
   while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
-  const auto columns = draw_columns(log, summary, config, options);
+  const Drawings drawings = draw_all(log, summary, config, options);
   FieldPicture field;
   if (std::filesystem::exists(run_folder / "field.vtr")) {
     const TemperatureField cells =
         from_vtr(read_file(name("field.vtr"), kMostBytes), name("field.vtr"));
     field = {field_svg(cells, {.width = kWide.width}), field_svg(cells, {.width = kNarrow.width})};
   }
-  write_file(name("report.html"), report_page(log, summary, config, columns, field, folder));
+  write_file(name("report.html"),
+             report_page(log, summary, config, drawings.parts, field, drawings.histograms, folder));
 }
 
 }  // namespace photocoag

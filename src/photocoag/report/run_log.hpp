@@ -51,6 +51,13 @@ struct RunSummary {
     std::vector<std::pair<std::string, double>> values;
   };
   std::vector<Timing> timing;
+  /// One of the optional object "histograms": {"wake_us": {"bins": [[12, 3], …], …}, …}.
+  struct Histogram {
+    std::string name;                                         ///< with unit
+    std::vector<std::pair<std::int64_t, std::int64_t>> bins;  ///< lower edge, entries; ascending
+    std::int64_t below_0 = 0, overflow = 0, without = 0;      ///< what is in no bin
+  };
+  std::vector<Histogram> histograms;
   /// The optional object "thermal_dose": parameter set and Arrhenius integral at the peak.
   std::vector<std::pair<std::string, double>> thermal_dose;
 };

@@ -83,6 +83,46 @@ std::vector<RunSummary::Timing> read_timing(const Json& object) {
   return timing;
 }
 
+// Ascending bins of at least one entry; edges and counts small enough to add up.
+bool are_bins(const Json& bins) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 40;
+  const auto whole = [](const Json& value) {
+    return value.is_number_integer() && value.get<std::int64_t>() >= 0 &&
+           value.get<std::int64_t>() < kMost;
+  };
+  if (!bins.is_array()) return false;
+  for (std::size_t k = 0; k < bins.size(); ++k) {
+    const Json& bin = bins[k];
+    if (!bin.is_array() || bin.size() != 2 || !whole(bin[0]) || !whole(bin[1])) return false;
+    if (k > 0 && bin[0].get<std::int64_t>() <= bins[k - 1][0].get<std::int64_t>()) return false;
+  }
+  return true;
+}
+
+std::vector<RunSummary::Histogram> read_histograms(const Json& object, const std::string& where) {
+  std::vector<RunSummary::Histogram> histograms;
+  const auto found = object.find("histograms");
+  if (found == object.end() || !found->is_object()) return histograms;
+  for (const auto& [name, value] : found->items()) {
+    const std::string place = fmt::format("{}: histograms.{}", where, name);
+    if (!value.is_object())
+      throw Error({.where = place, .found = value.dump(), .accepted = "an object with bins"});
+    const Reader reader(value, place);
+    const Json& bins = reader.find("bins");
+    if (!are_bins(bins)) reader.fail("bins", bins, "[[lower edge, entries], …], ascending");
+    RunSummary::Histogram histogram{.name = name,
+                                    .bins = {},
+                                    .below_0 = reader.count("below_0").value_or(0),
+                                    .overflow = reader.count("overflow").value_or(0),
+                                    .without = reader.count("without").value_or(0)};
+    for (const Json& bin : bins) {
+      histogram.bins.emplace_back(bin[0].get<std::int64_t>(), bin[1].get<std::int64_t>());
+    }
+    histograms.push_back(std::move(histogram));
+  }
+  return histograms;
+}
+
 std::vector<std::pair<std::string, double>> read_thermal_dose(const Json& object) {
   std::vector<std::pair<std::string, double>> doses;
   const auto found = object.find("thermal_dose");
@@ -134,6 +174,7 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.config_sha256 = reader.text("config_sha256").value_or("");
   summary.version = reader.text("version").value_or("");
   summary.timing = read_timing(json);
+  summary.histograms = read_histograms(json, where);
   summary.thermal_dose = read_thermal_dose(json);
   return summary;
 }
