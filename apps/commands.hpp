@@ -21,7 +21,7 @@ struct CommonOptions {
 struct RunOptions : CommonOptions {
   std::string out;                  ///< run folder; empty: a new one below runs/
   std::string seed;                 ///< as given; empty: from the configuration
-  std::string device;               ///< of `treat`: empty, or see run/device_treatment.hpp
+  std::string device;               ///< of `treat`: empty, or see run/device_address.hpp
   std::vector<std::string> faults;  ///< of an eye that `treat` starts itself
 };
 

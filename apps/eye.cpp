@@ -14,7 +14,7 @@
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rt/eye_device.hpp"
 #include "photocoag/run/calibration_file.hpp"
-#include "photocoag/run/device_treatment.hpp"
+#include "photocoag/run/device_config.hpp"
 
 namespace photocoag {
 namespace {

@@ -17,7 +17,9 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/rt/clock.hpp"
 #include "photocoag/rt/eye_device.hpp"
-#include "photocoag/run/device_treatment.hpp"
+#include "photocoag/run/device_config.hpp"
+#include "photocoag/run/eye_process.hpp"
+#include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
 namespace photocoag {

@@ -1,21 +1,16 @@
 #include "photocoag/run/device_treatment.hpp"
 
-#include <fmt/format.h>
-#include <signal.h>
-#include <spawn.h>
-#include <stdlib.h>
 #include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <limits>
 #include <optional>
 #include <span>
 #include <thread>
+#include <type_traits>
+#include <vector>
 
 #include "photocoag/rt/continued_device.hpp"
 #include "photocoag/rt/driver_device.hpp"
@@ -23,6 +18,8 @@
 #include "photocoag/rt/last_resort.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/calibration_file.hpp"
+#include "photocoag/run/device_config.hpp"
+#include "photocoag/run/device_self_test.hpp"
 #include "photocoag/run/observer.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -32,7 +29,6 @@ namespace photocoag {
 namespace {
 
 using Mpc = ModelPredictiveController<DenseSolver>;
-constexpr double kStall = 0.5;  // s, that a simulated eye and its controller may stand still
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // A device that cannot be had is a device's fault, not bad input.
@@ -44,58 +40,6 @@ void of_the_device(F&& open) {
     if (!error.parts().key.empty()) throw;  // the configuration's
     throw DeviceError(error);
   }
-}
-
-/// Where the self-test has left a device.
-struct Served {
-  std::uint64_t cycles = 0;
-  std::uint64_t token = 0;
-};
-
-// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW, and time to cool down.
-template <Device D>
-SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served) {
-  constexpr std::size_t kSamples = 64;
-  constexpr std::uint64_t kMostCycles = 512;
-  constexpr double kLittle = 1e-3;  // W
-  std::vector<double> baseline;
-  double power_at_zero = 0.0;
-  const auto wait = [&] {
-    const DeviceSample sample = device.wait_sample(served.cycles++);
-    if (sample.status == DeviceStatus::kGone) {
-      throw DeviceError(ErrorParts{.where = "self-test", .problem = "the device has vanished"});
-    }
-    return sample;
-  };
-  const auto write = [&](double power) { device.write_power(power, ++served.token); };
-  write(0.0);
-  while (baseline.size() < kSamples && served.cycles < kMostCycles) {
-    const DeviceSample sample = wait();
-    write(0.0);
-    if (sample.periods_behind > 0) continue;
-    if (std::isfinite(sample.volume_temperature)) baseline.push_back(sample.volume_temperature);
-    power_at_zero = std::max(power_at_zero, device.readback().power);
-  }
-  SelfTestReport report = self_test_of(baseline);
-  report.power_at_zero = power_at_zero;
-  write(kLittle);
-  double seen = 0.0;
-  double last = kNaN;
-  for (int k = 0; k < 4 + delay; ++k) {
-    wait();
-    last = device.readback().power;
-    seen = std::max(seen, last);
-  }
-  report.watchdog_tripped = last == 0.0 && seen > 0.0;
-  for (int k = 0; k < 50; ++k) {
-    write(0.0);
-    wait();
-  }
-  write(0.0);
-  report.model_matches = true;  // ModelStore has refused any other
-  report.solver_exact = solver_is_exact();
-  report.log_has_room = log_has_room;
-  return report;
 }
 
 /// What every treatment gets from its caller.
@@ -152,7 +96,7 @@ WitnessModel witness_of(const Config& config, const ReducedModel& model) {
 double patience_of(const Config& config) {
   return config.safety.real_time == RealTimeMode::kEnforce
              ? 1.5
-             : std::max(1.5, kStall / config.control.period);
+             : std::max(1.5, kEyeStall / config.control.period);
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
@@ -222,147 +166,6 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
 }
 
 }  // namespace
-
-DeviceAddress parse_device(const std::string& text) {
-  DeviceAddress address;
-  const std::size_t colon = text.find(':');
-  const std::string kind = text.substr(0, colon);
-  std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
-  const bool bad = colon != std::string::npos && rest.empty();
-  if (kind == "driver" && !rest.empty()) {
-    address.kind = DeviceAddress::Kind::kDriver;
-    const std::size_t comma = rest.find(',');
-    address.path = rest.substr(0, comma);
-    if (comma != std::string::npos) address.settings = rest.substr(comma + 1);
-    return address;
-  }
-  if ((kind != "eye" && kind != "eye+socket") || bad) {
-    throw Error(ErrorParts{
-        .where = "--device",
-        .found = text,
-        .accepted = "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]"});
-  }
-  address.over_socket = kind == "eye+socket";
-  address.own_process = rest.empty();
-  address.path = rest;
-  return address;
-}
-
-SafetyLimits device_limits(const Config& config) {
-  SafetyLimits limits = safety_limits(config);
-  // A device holds its power when a write is missed, whatever scheduling there is.
-  limits.hold_excess = std::min(limits.hold_excess, 1.0);
-  const bool eye = config.photoacoustics.sampling == Sampling::kPulses;
-  if (eye && config.safety.real_time == RealTimeMode::kObserve) {
-    limits.overruns_in_a_row_max = std::max(
-        limits.overruns_in_a_row_max, static_cast<std::int64_t>(kStall / config.control.period));
-  }
-  return limits;
-}
-
-int pulses_per_period(const Config& config) {
-  const double ratio = config.control.period / config.photoacoustics.pulse_period;
-  const double whole = std::round(ratio);
-  if (whole < 1.0 || std::abs(ratio - whole) > 1e-6) {
-    throw Error(ErrorParts{.key = "photoacoustics.pulse_period_ms",
-                           .found = fmt::format("{}", config.photoacoustics.pulse_period * 1e3),
-                           .accepted = fmt::format("a whole fraction of control.period_ms = {}",
-                                                   config.control.period * 1e3)});
-  }
-  return static_cast<int>(whole);
-}
-
-void require_plausible(const GrueneisenCurve& curve, const Config& config) {
-  // Relative rise per K. Water-like 4.7 % at 20 deg C, 2.6 % at 37: a curve in other units (mK, or
-  // kelvin instead of deg C) is far outside.
-  constexpr double kLeast = 0.003;
-  constexpr double kMost = 0.15;
-  const std::string& file = config.photoacoustics.calibration;
-  const double cold = config.tissue.ambient_celsius;
-  const double hot = cold + config.control.peak_max;
-  if (curve.low() > cold || curve.high() < hot) {
-    throw Error(ErrorParts{.where = file,
-                           .key = "curve.valid_C",
-                           .problem = "the treatment leaves the calibrated range",
-                           .found = fmt::format("[{:g}, {:g}]", curve.low(), curve.high()),
-                           .accepted = fmt::format("from tissue.ambient_C to that plus "
-                                                   "control.peak_max_K: {:g} to {:g} deg C",
-                                                   cold, hot)});
-  }
-  const double rise = curve.slope(cold) / curve.value(cold);
-  if (!(rise >= kLeast && rise <= kMost)) {
-    throw Error(
-        ErrorParts{.where = file,
-                   .key = "curve",
-                   .problem = "this is no tissue's curve",
-                   .found = fmt::format("{:.3g} % per K at {:g} deg C", 100 * rise, cold),
-                   .accepted = fmt::format("{:g} to {:g} % per K", 100 * kLeast, 100 * kMost)});
-  }
-}
-
-Config for_device(Config config, const DeviceAddress& device) {
-  if (config.control.solver != SolverKind::kDense) {
-    throw Error(ErrorParts{.key = "control.solver",
-                           .problem = "a device is driven by the solver that is real-time safe",
-                           .accepted = "\"dense\""});
-  }
-  if (!device.eye()) return config;
-  pulses_per_period(config);
-  require_plausible(GrueneisenCurve(load_curve(config.photoacoustics.calibration)), config);
-  config.tissue.volume_temperature = VolumeTemperature::kNormalized;
-  config.plant.tissue.volume_temperature = VolumeTemperature::kNormalized;
-  config.plant.model = PlantModel::kFull;
-  config.photoacoustics.sampling = Sampling::kPulses;
-  return config;
-}
-
-EyeProcess::EyeProcess(const std::filesystem::path& config_file,
-                       const std::vector<std::string>& arguments, bool once)
-    : once_(once) {
-  std::string name = (std::filesystem::temp_directory_path() / "photocoag-eye-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw DeviceError(ErrorParts{.problem = "no folder"});
-  folder_ = name;
-  socket_ = folder_ + "/eye";
-  std::vector<std::string> words = {"photocoag",          "eye",      "--config",
-                                    config_file.string(), "--socket", socket_};
-  if (once) words.emplace_back("--once");
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  pid_t id = -1;
-  if (posix_spawn(&id, "/proc/self/exe", nullptr, nullptr, argv.data(), environ) != 0) {
-    throw DeviceError(ErrorParts{.where = "eye", .problem = "its process cannot be started"});
-  }
-  id_ = id;
-  constexpr int kPatience = 3000;  // times 10 ms
-  for (int i = 0; i < kPatience; ++i) {
-    if (std::filesystem::exists(socket_)) return;
-    int status = 0;
-    if (waitpid(id_, &status, WNOHANG) == id_) {
-      id_ = -1;
-      break;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  throw DeviceError(ErrorParts{.where = "eye", .problem = "its process has not come up"});
-}
-
-EyeProcess::~EyeProcess() {
-  constexpr int kPatience = 300;  // times 10 ms
-  if (!once_ && id_ > 0) kill(id_, SIGTERM);
-  for (int i = 0; i < kPatience && id_ > 0; ++i) {
-    int status = 0;
-    if (waitpid(id_, &status, WNOHANG) == id_) id_ = -1;
-    if (id_ > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  if (id_ > 0) {
-    kill(id_, SIGKILL);
-    waitpid(id_, nullptr, 0);
-  }
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
 
 Treatment run_device_treatment(const Config& config, const DeviceAddress& device,
                                ModelStore& models, const std::atomic<bool>& stop,

@@ -15,7 +15,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
-#include "photocoag/run/device_treatment.hpp"
+#include "photocoag/run/device_config.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"

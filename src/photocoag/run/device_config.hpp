@@ -1,0 +1,29 @@
+// Role: the program; what a treatment on a device asks of the configuration. Used by run, apps.
+// Source: docs/devices.md. Units: SI.
+#pragma once
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/photoacoustics/curve.hpp"
+#include "photocoag/run/device_address.hpp"
+#include "photocoag/safety/limits.hpp"
+
+namespace photocoag {
+
+/// Throws Error unless the calibration covers ambient to control.peak_max_K and rises by 0.3 to 15
+/// % per K when cold.
+void require_plausible(const GrueneisenCurve& curve, const Config& config);
+
+/// What the configuration must say for a device, said: an eye's samples are means over pulses of
+/// the normalised volume temperature. Throws Error if that is not possible.
+Config for_device(Config config, const DeviceAddress& device);
+
+/// s, that a simulated eye and its controller may stand still without real time.
+inline constexpr double kEyeStall = 0.5;
+
+/// The supervisor's limits on a device.
+SafetyLimits device_limits(const Config& config);
+
+/// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.
+int pulses_per_period(const Config& config);
+
+}  // namespace photocoag

@@ -1,0 +1,71 @@
+// Role: the program; the supervisor's self-test against a device. Used by run.
+// Source: docs/safety.md. Units: SI.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "photocoag/device/device.hpp"
+#include "photocoag/run/device_address.hpp"
+#include "photocoag/run/supervision.hpp"
+#include "photocoag/safety/supervisor.hpp"
+
+namespace photocoag {
+
+/// Where the self-test has left a device.
+struct Served {
+  std::uint64_t cycles = 0;
+  std::uint64_t token = 0;
+};
+
+/// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW, and time to cool down.
+/// Throws DeviceError if the device vanishes.
+template <Device D>
+SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served) {
+  constexpr std::size_t kSamples = 64;
+  constexpr std::uint64_t kMostCycles = 512;
+  constexpr double kLittle = 1e-3;  // W
+  std::vector<double> baseline;
+  double power_at_zero = 0.0;
+  const auto wait = [&] {
+    const DeviceSample sample = device.wait_sample(served.cycles++);
+    if (sample.status == DeviceStatus::kGone) {
+      throw DeviceError(ErrorParts{.where = "self-test", .problem = "the device has vanished"});
+    }
+    return sample;
+  };
+  const auto write = [&](double power) { device.write_power(power, ++served.token); };
+  write(0.0);
+  while (baseline.size() < kSamples && served.cycles < kMostCycles) {
+    const DeviceSample sample = wait();
+    write(0.0);
+    if (sample.periods_behind > 0) continue;
+    if (std::isfinite(sample.volume_temperature)) baseline.push_back(sample.volume_temperature);
+    power_at_zero = std::max(power_at_zero, device.readback().power);
+  }
+  SelfTestReport report = self_test_of(baseline);
+  report.power_at_zero = power_at_zero;
+  write(kLittle);
+  double seen = 0.0;
+  double last = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 0; k < 4 + delay; ++k) {
+    wait();
+    last = device.readback().power;
+    seen = std::max(seen, last);
+  }
+  report.watchdog_tripped = last == 0.0 && seen > 0.0;
+  for (int k = 0; k < 50; ++k) {
+    write(0.0);
+    wait();
+  }
+  write(0.0);
+  report.model_matches = true;  // ModelStore has refused any other
+  report.solver_exact = solver_is_exact();
+  report.log_has_room = log_has_room;
+  return report;
+}
+
+}  // namespace photocoag
