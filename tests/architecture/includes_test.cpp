@@ -42,7 +42,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "photoacoustics", "eye", "rt", "log", "config", "osqp"}},
     // Next to the loop: the log knows the clock, nothing of what it records.
     {"log", {"core", "rt"}},
-    {"machine", {"core", "rt", "log"}},
+    {"machine", {"core", "rt"}},
     {"tables", {"core", "config", "loop", "log", "run"}},
     {"report", {"core"}},
     // The injector shares the device interface with the supervisor, nothing else.

@@ -228,8 +228,8 @@ class Pulses {
     }
     constexpr std::uint64_t kRefresh = 1000;
     if (s.pulses % kRefresh == 0) {
-      shared_.work_p50.store(s.work.percentile_us(0.5), std::memory_order_relaxed);
-      shared_.work_p99.store(s.work.percentile_us(0.99), std::memory_order_relaxed);
+      shared_.work_p50.store(s.work.quantile_us(0.5), std::memory_order_relaxed);
+      shared_.work_p99.store(s.work.quantile_us(0.99), std::memory_order_relaxed);
       shared_.work_max.store(s.work.max_us(), std::memory_order_relaxed);
     }
   }

@@ -2,28 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <iterator>
+#include <numeric>
 
 namespace photocoag {
-
-void Histogram::add(std::int64_t ns) noexcept {
-  const std::int64_t us = std::max<std::int64_t>(ns, 0) / 1000;
-  ++bins_[std::min(static_cast<std::size_t>(us), kBins - 1)];
-  ++count_;
-  max_ns_ = std::max(max_ns_, ns);
-}
-
-double Histogram::percentile_us(double fraction) const noexcept {
-  std::uint64_t below = 0;
-  for (std::size_t i = 0; i < kBins; ++i) {
-    below += bins_[i];
-    if (static_cast<double>(below) >= fraction * static_cast<double>(count_)) {
-      return static_cast<double>(i + 1);
-    }
-  }
-  return static_cast<double>(kBins);
-}
 
 std::string to_text(const EyeStatistics& s) {
   std::string text = fmt::format(
@@ -31,19 +13,21 @@ std::string to_text(const EyeStatistics& s) {
       "work      per pulse: median {:g} us, 99 % {:g} us, 99.9 % {:g} us, largest {:.1f} us\n"
       "answer    after its pulse was due: median {:g} us, 99 % {:g} us, largest {:.1f} us\n"
       "peak      at most {:.2f} K as mean over a pulse period, {:.2f} K right after a pulse\n",
-      s.pulses, s.late, s.watchdog, s.scheduling, s.work.percentile_us(0.5),
-      s.work.percentile_us(0.99), s.work.percentile_us(0.999), s.work.max_us(),
-      s.answer.percentile_us(0.5), s.answer.percentile_us(0.99), s.answer.max_us(), s.peak_mean_max,
-      s.peak_pulse_max);
+      s.pulses, s.late, s.watchdog, s.scheduling, s.work.quantile_us(0.5), s.work.quantile_us(0.99),
+      s.work.quantile_us(0.999), s.work.max_us(), s.answer.quantile_us(0.5),
+      s.answer.quantile_us(0.99), s.answer.max_us(), s.peak_mean_max, s.peak_pulse_max);
   constexpr std::size_t kWidth = 10;  // us per line
-  for (std::size_t first = 0; first < Histogram::kBins; first += kWidth) {
-    std::uint64_t count = 0;
-    for (std::size_t i = first; i < first + kWidth; ++i) count += s.work.bin(i);
-    if (count == 0) continue;
-    const bool last = first + kWidth == Histogram::kBins;
-    fmt::format_to(std::back_inserter(text), "          {:>4} us {} {:>9}\n", first,
-                   last ? "and more" : fmt::format("to {:>4} us", first + kWidth), count);
+  const auto line = [&text](std::size_t first, const std::string& to, std::uint64_t count) {
+    if (count == 0) return;
+    fmt::format_to(std::back_inserter(text), "          {:>4} us {} {:>9}\n", first, to, count);
+  };
+  const auto begin = s.work.bins().begin();
+  for (std::size_t first = 0; first < EyeStatistics::kBins; first += kWidth) {
+    const auto from = begin + static_cast<std::ptrdiff_t>(first);
+    line(first, fmt::format("to {:>4} us", first + kWidth),
+         std::accumulate(from, from + kWidth, std::uint64_t{0}));
   }
+  line(EyeStatistics::kBins, "and more", s.work.overflow());
   return text;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "photocoag/log/histogram.hpp"
+#include "photocoag/core/duration_histogram.hpp"
 
 namespace photocoag {
 

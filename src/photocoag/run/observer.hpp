@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "photocoag/log/histogram.hpp"
+#include "photocoag/core/duration_histogram.hpp"
 #include "photocoag/log/writer.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock.hpp"

@@ -1,4 +1,4 @@
-// Role: online; counts durations in bins of 1 us up to two periods. Used by run, machine.
+// Role: online; counts durations in bins of 1 us. Used by run, machine, eye.
 // Real time: add() and skip() are noexcept, allocation-free. Threads: one owner.
 #pragma once
 
@@ -13,10 +13,13 @@ namespace photocoag {
 /// one that had no such duration.
 class DurationHistogram {
  public:
+  /// Bins up to two periods; period in s.
   explicit DurationHistogram(double period = 0.0)
-      : bins_(static_cast<std::size_t>(2.0 * period * 1e6 + 0.5)) {}
+      : DurationHistogram(static_cast<std::size_t>(2.0 * period * 1e6 + 0.5)) {}
+  static DurationHistogram with_bins(std::size_t count) { return DurationHistogram(count); }
 
   void add(std::int64_t ns) noexcept {
+    ++counted_;
     least_ = std::min(least_, ns);
     largest_ = std::max(largest_, ns);
     if (ns < 0) {
@@ -29,15 +32,11 @@ class DurationHistogram {
   }
   void skip() noexcept { ++skipped_; }
 
-  const std::vector<std::uint32_t>& bins() const noexcept { return bins_; }
+  const std::vector<std::uint64_t>& bins() const noexcept { return bins_; }
   std::uint64_t overflow() const noexcept { return overflow_; }
   std::uint64_t negative() const noexcept { return negative_; }
   std::uint64_t skipped() const noexcept { return skipped_; }
-  std::uint64_t counted() const noexcept {
-    std::uint64_t sum = negative_ + overflow_;
-    for (const std::uint32_t count : bins_) sum += count;
-    return sum;
-  }
+  std::uint64_t counted() const noexcept { return counted_; }
   /// One entry per cycle.
   std::uint64_t cycles() const noexcept { return counted() + skipped_; }
   /// us, exact; 0 without entries.
@@ -54,14 +53,17 @@ class DurationHistogram {
     auto sum = static_cast<double>(negative_);
     if (sum >= wanted) return std::min(0.0, max_us());
     for (std::size_t k = 0; k < bins_.size(); ++k) {
-      sum += bins_[k];
+      sum += static_cast<double>(bins_[k]);
       if (sum >= wanted) return std::min(static_cast<double>(k + 1), max_us());
     }
     return max_us();
   }
 
  private:
-  std::vector<std::uint32_t> bins_;
+  explicit DurationHistogram(std::size_t bins) : bins_(bins) {}
+
+  std::vector<std::uint64_t> bins_;
+  std::uint64_t counted_ = 0;
   std::uint64_t overflow_ = 0;
   std::uint64_t negative_ = 0;
   std::uint64_t skipped_ = 0;
