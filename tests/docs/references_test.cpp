@@ -49,7 +49,7 @@ TEST(References, EveryEquationCitedInTheSourcesHasItsHeading) {
 TEST(References, EveryTestNamedInADocumentExists) {
   std::set<std::string> tests;
   std::set<std::string> suites;
-  const std::regex definition(R"((?:^|\n)TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");
+  const std::regex definition(R"((?:^|\n)(?:TYPED_)?TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");
   for (const auto& entry : fs::recursive_directory_iterator(source_folder() / "tests")) {
     if (entry.path().extension() != ".cpp") continue;
     const std::string text = text_of(entry.path());

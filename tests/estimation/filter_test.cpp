@@ -1,5 +1,5 @@
-// The filter against the textbook, its Jacobians, its covariance, and what it does with bad
-// samples.
+// The filter against the textbook, its Jacobians, its covariance, its bounds. What every estimator
+// does with bad samples: every_estimator_test.cpp.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -9,19 +9,11 @@
 #include "estimation/test_models.hpp"
 #include "estimation/textbook_filter.hpp"
 #include "photocoag/estimation/ekf.hpp"
-#include "support/heap_guard.hpp"
 
 namespace photocoag::testing {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-bool same_bits(const ExtendedKalmanFilter& a, const ExtendedKalmanFilter& b) {
-  return a.state() == b.state() && a.absorption_factor() == b.absorption_factor() &&
-         a.covariance() == b.covariance() && a.matrices().input == b.matrices().input &&
-         a.matrices().volume == b.matrices().volume;
-}
 
 /// Largest difference of two covariances, entry (i, j) relative to sqrt(P_ii P_jj): no unit enters.
 double covariance_difference(const ExtendedKalmanFilter& filter, const TextbookFilter& book) {
@@ -35,20 +27,6 @@ double covariance_difference(const ExtendedKalmanFilter& filter, const TextbookF
     }
   }
   return worst;
-}
-
-/// A filter that has seen 30 noisy samples of a reduced eye.
-ExtendedKalmanFilter warm_filter(const EstimatorSettings& settings = {}, double alpha = 1.0) {
-  ExtendedKalmanFilter filter(model_1khz(), settings);
-  ReducedPlant plant(model_1khz(), alpha);
-  Draw draw(4);
-  for (int k = 0; k < 30; ++k) {
-    const double power = draw.between(0.0, 0.05);
-    plant.step(power);
-    filter.predict(power);
-    filter.update(plant.outputs().volume + 0.288 * draw.normal());
-  }
-  return filter;
 }
 
 TEST(Filter, MatchesTheTextbookInLongDouble) {
@@ -175,23 +153,6 @@ TEST(Filter, AStateMovedWithAlphaDiffersFromOneLeftBehind) {
   EXPECT_GT(std::abs(filter.outputs().peak - static_cast<double>(book.peak())), 0.05);
 }
 
-TEST(Filter, AMissingSampleIsAPredictionBitForBit) {
-  for (const double missing : {kNaN, -kNaN, kInfinity, -kInfinity}) {
-    ExtendedKalmanFilter with = warm_filter();
-    ExtendedKalmanFilter without = with;
-    for (int k = 0; k < 5; ++k) {
-      with.predict(0.03);
-      without.predict(0.03);
-      EXPECT_EQ(with.update(missing), UpdateStatus::kNoSample);
-      ASSERT_TRUE(same_bits(with, without));
-    }
-    // And the next sample is used as if nothing had happened.
-    EXPECT_EQ(with.update(12.0), UpdateStatus::kUpdated);
-    without.update(12.0);
-    EXPECT_TRUE(same_bits(with, without));
-  }
-}
-
 TEST(Filter, WithoutLightAlphaIsNotLearned) {
   // Cold tissue, no power, no unknown power: a sample tells nothing about alpha.
   ExtendedKalmanFilter filter(model_1khz(), {.power_process_noise = 0.0});
@@ -217,73 +178,6 @@ TEST(Filter, WithoutLightAlphaHardlyMovesUnderTheDefaultTuning) {
     ASSERT_NEAR(filter.absorption_factor(), 0.7363, 0.025) << k;
   }
   EXPECT_GT(filter.absorption_sigma(), 0.23);
-}
-
-TEST(Filter, PoisonedSamplesLeaveFiniteNumbers) {
-  for (const double poison : {1e30, -1e30, 1e150, -1e150, 1e300, -1e300, 1.7e308, -1.7e308}) {
-    ExtendedKalmanFilter filter = warm_filter();
-    filter.predict(0.02);
-    filter.update(poison);
-    for (int k = 0; k < 50; ++k) {
-      ASSERT_TRUE(filter.state().allFinite()) << poison;
-      ASSERT_TRUE(filter.covariance().allFinite()) << poison;
-      ASSERT_TRUE(filter.matrices().input.allFinite()) << poison;
-      ASSERT_GE(filter.absorption_factor(), 0.2);
-      ASSERT_LE(filter.absorption_factor(), 2.0);
-      ASSERT_TRUE(std::isfinite(filter.absorption_sigma()));
-      ASSERT_TRUE(std::isfinite(filter.peak_sigma()));
-      ASSERT_TRUE(std::isfinite(filter.outputs().peak)) << poison;
-      filter.predict(0.02);
-      filter.update(10.0);
-    }
-  }
-}
-
-TEST(Filter, ImpossibleSamplesAreMissingSamples) {
-  // -1e6 K taken at face value keeps the laser at full power to the end of a treatment.
-  for (const double impossible : {-50.1, -1000.0, -1e6, 300.1, 1e30, -1.7e308}) {
-    ExtendedKalmanFilter filter = warm_filter();
-    filter.predict(0.02);
-    ExtendedKalmanFilter without = filter;
-    EXPECT_EQ(filter.update(impossible), UpdateStatus::kNoSample) << impossible;
-    EXPECT_TRUE(same_bits(filter, without)) << impossible;
-  }
-  ExtendedKalmanFilter filter = warm_filter({.outlier_sigma = 0.0});
-  EXPECT_EQ(filter.update(-49.9), UpdateStatus::kUpdated);
-  EXPECT_EQ(filter.update(299.9), UpdateStatus::kUpdated);
-}
-
-TEST(Filter, ANonFinitePowerIsRestartedByTheNextSample) {
-  ExtendedKalmanFilter filter = warm_filter();
-  filter.predict(kNaN);
-  EXPECT_EQ(filter.update(10.0), UpdateStatus::kRestarted);
-  const ExtendedKalmanFilter fresh(model_1khz(), {});
-  EXPECT_TRUE(same_bits(filter, fresh));
-}
-
-TEST(Filter, RefusesBadSettings) {
-  EXPECT_THROW(ExtendedKalmanFilter(model_1khz(), {.absorption_initial = 3.0}), std::exception);
-  EXPECT_THROW(ExtendedKalmanFilter(model_1khz(), {.measurement_noise = 0.0}), std::exception);
-  EXPECT_THROW(ExtendedKalmanFilter(model_1khz(), {.absorption_sigma_initial = kNaN}),
-               std::exception);
-}
-
-TEST(Filter, AllocatesNothing) {
-  ExtendedKalmanFilter filter(model_1khz(), {});
-  double sum = 0.0;
-  HeapUse use;
-  {
-    const HeapGuard guard;
-    for (int k = 0; k < 20; ++k) {
-      filter.predict(0.03);
-      filter.update(k == 7 ? kNaN : k == 9 ? 1e300 : 5.0);
-      sum += filter.outputs().peak + filter.peak_sigma() + filter.absorption_sigma();
-    }
-    filter.reset();
-    use = guard.use();
-  }
-  EXPECT_EQ(use, HeapUse{});
-  EXPECT_TRUE(std::isfinite(sum));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// The moving horizon estimator: the Kalman filter where everything is linear, its derivatives, its
-// bounds, bad samples, the heap.
+// The moving horizon estimator: the Kalman filter where everything is linear, its derivatives; two
+// unknowns. What every estimator does with bounds, bad samples and the heap:
+// every_estimator_test.cpp.
 #include "photocoag/estimation/mhe.hpp"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,6 @@
 
 #include "estimation/test_models.hpp"
 #include "photocoag/estimation/ekf.hpp"
-#include "support/heap_guard.hpp"
 #include "support/tissues.hpp"
 
 namespace photocoag::testing {
@@ -58,22 +58,8 @@ TEST(MovingHorizon, IsTheKalmanFilterWhereEverythingIsLinear) {
   }
 }
 
-/// An estimator that has followed a reduced eye with noise.
-MovingHorizonEstimator followed(const EstimatorSettings& settings, double alpha, int periods) {
-  MovingHorizonEstimator mhe(model_1khz(), settings);
-  ReducedPlant plant(model_1khz(), alpha);
-  Draw draw(4);
-  for (int k = 0; k < periods; ++k) {
-    const double power = draw.between(0.0, 0.05);
-    plant.step(power);
-    mhe.predict(power);
-    mhe.update(plant.outputs().volume + 0.288 * draw.normal());
-  }
-  return mhe;
-}
-
 TEST(MovingHorizon, GradientsAreDifferencesOfThePrediction) {
-  const MovingHorizonEstimator mhe = followed({}, 1.1, 40);
+  const auto mhe = followed<MovingHorizonEstimator>({}, 1.1, 40);
   for (const int j : {0, 5, 19}) {
     const ExtendedVector gradient = mhe.measurement_gradient(j);
     for (int i = 0; i < gradient.size(); ++i) {
@@ -88,58 +74,6 @@ TEST(MovingHorizon, GradientsAreDifferencesOfThePrediction) {
           (8.0 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12.0 * h);
       ASSERT_NEAR(gradient[i], difference, 1e-9 * std::max(1.0, std::abs(difference)))
           << "period " << j << ", unknown " << i;
-    }
-  }
-}
-
-TEST(MovingHorizon, FindsAlphaAndKnowsItsError) {
-  for (const double alpha : {0.35, 0.6, 1.0, 1.5}) {
-    const MovingHorizonEstimator mhe = followed({}, alpha, 200);
-    EXPECT_NEAR(mhe.absorption_factor(), alpha, 5.0 * mhe.absorption_sigma()) << alpha;
-    EXPECT_LT(mhe.absorption_sigma(), 0.03 * alpha);
-  }
-}
-
-TEST(MovingHorizon, StaysInsideItsBounds) {
-  int at_bound = 0;
-  for (const double alpha : {0.3, 1.6}) {
-    MovingHorizonEstimator mhe(
-        model_1khz(), {.absorption_min = 0.6, .absorption_max = 0.9, .outlier_sigma = 0.0});
-    ReducedPlant plant(model_1khz(), alpha);
-    Draw draw(8);
-    for (int k = 0; k < 200; ++k) {
-      const double power = draw.between(0.0, 0.1);
-      plant.step(power);
-      mhe.predict(power);
-      mhe.update(plant.outputs().volume + 0.288 * draw.normal());
-      ASSERT_GE(mhe.absorption_factor(), 0.6);
-      ASSERT_LE(mhe.absorption_factor(), 0.9);
-      ASSERT_LE(mhe.iterations(), MovingHorizonEstimator::kMaxIterations);
-      const bool bound = mhe.absorption_factor() == 0.6 || mhe.absorption_factor() == 0.9;
-      at_bound += bound ? 1 : 0;
-    }
-  }
-  EXPECT_GT(at_bound, 100) << "the bounds hardly ever acted: the test tests nothing";
-}
-
-TEST(MovingHorizon, DoesNotDependOnTheReducedStatesScale) {
-  MovingHorizonEstimator plain(model_1khz(), {});
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    plain.reset();
-    MovingHorizonEstimator scaled(rescaled(model_1khz(), seed), {});
-    ReducedPlant plant(model_1khz(), 1.1);
-    Draw draw(seed);
-    for (int k = 0; k < 100; ++k) {
-      const double power = draw.between(0.0, 0.05);
-      plant.step(power);
-      plain.predict(power);
-      scaled.predict(power);
-      const double sample = plant.outputs().volume + 0.288 * draw.normal();
-      plain.update(sample);
-      scaled.update(sample);
-      // Rounding times the condition of the transformation.
-      ASSERT_NEAR(scaled.absorption_factor(), plain.absorption_factor(), 1e-7) << k;
-      ASSERT_NEAR(scaled.outputs().peak, plain.outputs().peak, 1e-6) << k;
     }
   }
 }
@@ -237,56 +171,6 @@ TEST(TwoUnknowns, TheBoxHasTheMostLikelyPoint) {
     }
     ASSERT_LE(cost(boxed.value[0], boxed.value[1]), least * (1.0 + 1e-9) + 1e-12) << trial;
   }
-}
-
-TEST(MovingHorizon, SameInputSameBits) {
-  const MovingHorizonEstimator first = followed({}, 0.9, 60);
-  const MovingHorizonEstimator second = followed({}, 0.9, 60);
-  EXPECT_TRUE(first.state() == second.state());
-  EXPECT_TRUE(first.covariance() == second.covariance());
-  EXPECT_EQ(first.absorption_factor(), second.absorption_factor());
-}
-
-TEST(MovingHorizon, BadInputLeavesFiniteNumbers) {
-  for (const double bad : {kNaN, 1e30, -1e30, 1e300, -60.0, 299.0, -49.0}) {
-    MovingHorizonEstimator mhe = followed({}, 1.0, 30);
-    mhe.predict(0.02);
-    mhe.update(bad);
-    for (int k = 0; k < 60; ++k) {
-      ASSERT_TRUE(mhe.state().allFinite() && mhe.covariance().allFinite()) << bad;
-      ASSERT_TRUE(std::isfinite(mhe.peak_sigma()) && std::isfinite(mhe.absorption_sigma()));
-      mhe.predict(0.02);
-      mhe.update(10.0);
-    }
-  }
-  MovingHorizonEstimator mhe = followed({}, 1.0, 30);
-  mhe.predict(kNaN);
-  EXPECT_EQ(mhe.update(10.0), UpdateStatus::kRestarted);
-  EXPECT_EQ(mhe.absorption_factor(), 0.7363);
-  // Nothing but gaps: a prediction all along.
-  for (int k = 0; k < 100; ++k) {
-    mhe.predict(0.01);
-    EXPECT_EQ(mhe.update(kNaN), UpdateStatus::kNoSample);
-  }
-  EXPECT_TRUE(std::isfinite(mhe.outputs().peak));
-}
-
-TEST(MovingHorizon, AllocatesNothing) {
-  MovingHorizonEstimator mhe(model_1khz(), {.window = 50});
-  double sum = 0.0;
-  HeapUse use;
-  {
-    const HeapGuard guard;
-    for (int k = 0; k < 120; ++k) {
-      mhe.predict(0.03);
-      mhe.update(k == 7 ? kNaN : k == 9 ? 1e300 : 5.0);
-      sum += mhe.outputs().peak + mhe.peak_sigma() + mhe.absorption_sigma();
-    }
-    mhe.reset();
-    use = guard.use();
-  }
-  EXPECT_EQ(use, HeapUse{});
-  EXPECT_TRUE(std::isfinite(sum));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "photocoag/core/random.hpp"
+#include "photocoag/estimation/settings.hpp"
 #include "photocoag/mor/reduce.hpp"
 
 namespace photocoag::testing {
@@ -46,6 +47,21 @@ inline const ReducedModel& model_250hz() {
   static const ReducedModel model =
       reduce(small_full_model(), {}, 4e-3, Discretization::kZeroOrderHold);
   return model;
+}
+
+/// An estimator E that has followed a reduced eye with noise for so many periods.
+template <typename E>
+E followed(const EstimatorSettings& settings, double alpha, int periods) {
+  E estimator(model_1khz(), settings);
+  ReducedPlant plant(model_1khz(), alpha);
+  Draw draw(4);
+  for (int k = 0; k < periods; ++k) {
+    const double power = draw.between(0.0, 0.05);
+    plant.step(power);
+    estimator.predict(power);
+    estimator.update(plant.outputs().volume + 0.288 * draw.normal());
+  }
+  return estimator;
 }
 
 inline Eigen::MatrixXd random_orthogonal(int n, Draw& draw) {

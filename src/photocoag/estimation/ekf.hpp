@@ -7,11 +7,8 @@
 // predict and update are noexcept, bounded, allocation-free. Threads: one owner.
 #pragma once
 
-#include "photocoag/core/outputs.hpp"
 #include "photocoag/core/real_time.hpp"
-#include "photocoag/core/types.hpp"
-#include "photocoag/estimation/extended_system.hpp"
-#include "photocoag/estimation/outlier_gate.hpp"
+#include "photocoag/estimation/extended_estimate.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/estimation/status.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -25,7 +22,7 @@ namespace photocoag {
 ///            z <- z + K (y - C x),  P <- (I - K H) P (I - K H)' + K s_y^2 K'
 /// Parameters outside their bounds are moved to the most likely point inside and the state with
 /// them, along their covariance.
-class ExtendedKalmanFilter {
+class ExtendedKalmanFilter : public ExtendedEstimate {
  public:
   /// Starts at x = 0 (cold tissue, known exactly), p = its initial value. Throws Error on bad
   /// settings, or two unknowns for a model with one parameter.
@@ -39,46 +36,11 @@ class ExtendedKalmanFilter {
   /// is a prediction too (estimation/outlier_gate.hpp).
   UpdateStatus update(double volume_temperature) noexcept PHOTOCOAG_NONBLOCKING;
 
-  const StateVector& state() const noexcept { return state_; }
-  double absorption_factor() const noexcept { return parameters_[0]; }
-  double absorption_sigma() const noexcept;
-  /// beta; its constant value where it is not estimated, with sigma 0.
-  double choroid_factor() const noexcept { return parameters_[1]; }
-  double choroid_sigma() const noexcept;
-  /// C_vol(p) x and C_peak x, K.
-  Outputs outputs() const noexcept;
-  /// Standard deviation of C_peak x, K.
-  double peak_sigma() const noexcept;
-  /// Innovation of the last update or rejected sample, K, and its standard deviation.
-  double innovation() const noexcept { return innovation_; }
-  double innovation_sigma() const noexcept { return innovation_sigma_; }
-  /// Matrices at the current parameters.
-  const ParametricMatrices& matrices() const noexcept { return matrices_; }
-  /// Covariance of (x, p), order + unknowns square.
-  const ExtendedMatrix& covariance() const noexcept { return covariance_; }
-
  private:
-  template <int U>
-  void predict_as(double power) noexcept;
   template <int U>
   UpdateStatus update_as(double volume_temperature) noexcept;
   void keep_parameters_inside() noexcept;
   bool healthy() const noexcept;
-
-  ReducedModel model_;
-  EstimatorSettings settings_;
-  int order_;
-  int unknowns_;
-  StateVector state_;
-  Parameters parameters_{};
-  ExtendedMatrix covariance_;
-  ParametricMatrices matrices_;
-  OutlierGate gate_;
-  double innovation_ = 0.0;
-  double innovation_sigma_ = 0.0;
 };
-
-/// Throws Error unless the model has as many parameters as are to be estimated.
-void require_parameters(const ReducedModel& model, const EstimatorSettings& settings);
 
 }  // namespace photocoag

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "photocoag/estimation/ekf.hpp"
-
 namespace photocoag {
 
 // The window's outputs as a linear function of (z_0, w) around an estimate, the covariance of the
@@ -43,37 +41,22 @@ void solve_lower(const Matrix& L, int rows, Columns& v) noexcept {
 
 MovingHorizonEstimator::MovingHorizonEstimator(const ReducedModel& model,
                                                const EstimatorSettings& settings)
-    : model_(model),
-      settings_(settings),
-      order_(model.order()),
-      unknowns_(settings.unknown_count()),
-      gate_(settings.outlier_sigma) {
-  require_parameters(model, settings);
+    : ExtendedEstimate(model, settings) {
   reset();
 }
 
 void MovingHorizonEstimator::reset() noexcept {
   const int n = order_;
+  reset_estimate();
   periods_ = 0;
   power_.fill(0.0);
   sample_.fill(0.0);
   unknown_power_.fill(0.0);
   transition_.setIdentity(n, n);
-  parameters_ = {settings_.absorption_initial, settings_.choroid_initial};
   prior_mean_.setZero(n + unknowns_);
-  prior_covariance_.setZero(n + unknowns_, n + unknowns_);
-  const Parameters sigma{settings_.absorption_sigma_initial, settings_.choroid_sigma_initial};
-  for (int q = 0; q < unknowns_; ++q) {
-    prior_mean_[n + q] = parameters_[q];
-    prior_covariance_(n + q, n + q) = sigma[q] * sigma[q];
-  }
+  for (int q = 0; q < unknowns_; ++q) prior_mean_[n + q] = parameters_[q];
+  prior_covariance_ = covariance_;
   start_state_.setZero(n);
-  state_.setZero(n);
-  covariance_ = prior_covariance_;
-  evaluate_at(model_, parameters_, matrices_);
-  gate_.reset();
-  innovation_ = 0.0;
-  innovation_sigma_ = 0.0;
   iterations_ = 0;
 }
 
@@ -89,11 +72,10 @@ void MovingHorizonEstimator::absorb_oldest() noexcept {
       model_.A_d.lazyProduct(prior_mean_.head(n)) + matrices_.input * power_[0];
   for (int q = 0; q < U; ++q) mean += b.col(q) * (prior_mean_[n + q] - parameters_[q]);
   prior_mean_.head(n) = mean;
-  predict_covariance<U>(model_.A_d, matrices_.input, b,
-                        settings_.power_process_noise * settings_.power_process_noise,
+  predict_covariance<U>(model_.A_d, matrices_.input, b, unknown_power_variance(),
                         drift_variance(settings_), prior_covariance_);
   if (!std::isnan(sample_[0])) {
-    const double noise = settings_.measurement_noise * settings_.measurement_noise;
+    const double noise = sample_variance();
     const ExtendedVector h = measurement_row<U>(matrices_, reached);
     const ExtendedVector ph = prior_covariance_.lazyProduct(h);
     const ExtendedVector gain = ph / (h.dot(ph) + noise);
@@ -121,12 +103,7 @@ void MovingHorizonEstimator::predict_as(double power) noexcept {
   sample_[periods_] = std::numeric_limits<double>::quiet_NaN();
   unknown_power_[periods_] = 0.0;
   ++periods_;
-  SlopeMatrix b(order_, U);
-  for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power;
-  predict_covariance<U>(model_.A_d, matrices_.input, b,
-                        settings_.power_process_noise * settings_.power_process_noise,
-                        drift_variance(settings_), covariance_);
-  state_ = (model_.A_d.lazyProduct(state_) + matrices_.input * power).eval();
+  predict_estimate<U>(power);
 }
 
 void MovingHorizonEstimator::predict(double power) noexcept {
@@ -136,7 +113,7 @@ void MovingHorizonEstimator::predict(double power) noexcept {
 template <int U>
 UpdateStatus MovingHorizonEstimator::update_as(double volume_temperature) noexcept {
   const ExtendedVector h = measurement_row<U>(matrices_, state_);
-  const double noise = settings_.measurement_noise * settings_.measurement_noise;
+  const double noise = sample_variance();
   innovation_ = volume_temperature - matrices_.volume.dot(state_);
   innovation_sigma_ = std::sqrt(h.dot(covariance_.lazyProduct(h)) + noise);
   if (!gate_.passes(innovation_, innovation_sigma_)) return UpdateStatus::kOutlier;
@@ -193,8 +170,8 @@ double MovingHorizonEstimator::step(Linearization& at) noexcept {
   const int n = order_;
   const int rows = at.rows;
   const int columns = n + unknowns_;
-  const double power_variance = settings_.power_process_noise * settings_.power_process_noise;
-  const double noise = settings_.measurement_noise * settings_.measurement_noise;
+  const double power_variance = unknown_power_variance();
+  const double noise = sample_variance();
   auto& L = at.factor;
   L.resize(rows, rows);
   at.whitened.resize(rows, columns);
@@ -292,7 +269,7 @@ void MovingHorizonEstimator::finish(const Linearization& at) noexcept {
   const int n = order_;
   const int rows = at.rows;
   const int columns = n + unknowns_;
-  const double power_variance = settings_.power_process_noise * settings_.power_process_noise;
+  const double power_variance = unknown_power_variance();
   state_ = start_state_;
   for (int j = 0; j < periods_; ++j) {
     const double u = power_[j] + unknown_power_[j];
@@ -330,27 +307,7 @@ void MovingHorizonEstimator::finish(const Linearization& at) noexcept {
 }
 
 bool MovingHorizonEstimator::healthy() const noexcept {
-  if (!std::isfinite(parameters_[0]) || !std::isfinite(parameters_[1])) return false;
-  if (!state_.allFinite() || !covariance_.allFinite()) return false;
-  if (!prior_mean_.allFinite() || !prior_covariance_.allFinite()) return false;
-  const Outputs estimate = outputs();
-  return std::isfinite(estimate.volume) && std::isfinite(estimate.peak);
-}
-
-double MovingHorizonEstimator::absorption_sigma() const noexcept {
-  return std::sqrt(std::max(0.0, covariance_(order_, order_)));
-}
-
-double MovingHorizonEstimator::choroid_sigma() const noexcept {
-  return unknowns_ == 1 ? 0.0 : std::sqrt(std::max(0.0, covariance_(order_ + 1, order_ + 1)));
-}
-
-Outputs MovingHorizonEstimator::outputs() const noexcept {
-  return {.volume = matrices_.volume.dot(state_), .peak = model_.C_peak.dot(state_)};
-}
-
-double MovingHorizonEstimator::peak_sigma() const noexcept {
-  return extended_peak_sigma(model_.C_peak, covariance_);
+  return finite_estimate() && prior_mean_.allFinite() && prior_covariance_.allFinite();
 }
 
 ExtendedVector MovingHorizonEstimator::start() const noexcept {

@@ -10,10 +10,8 @@
 
 #include <array>
 
-#include "photocoag/core/outputs.hpp"
 #include "photocoag/core/types.hpp"
-#include "photocoag/estimation/extended_system.hpp"
-#include "photocoag/estimation/outlier_gate.hpp"
+#include "photocoag/estimation/extended_estimate.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/estimation/status.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -28,7 +26,7 @@ namespace photocoag {
 /// (zbar, P), the arrival cost, is what an extended Kalman filter makes of all older samples,
 /// linearized at the estimates of this problem. In a linear case the estimate is the Kalman
 /// filter's.
-class MovingHorizonEstimator {
+class MovingHorizonEstimator : public ExtendedEstimate {
  public:
   static constexpr int kMaxIterations = 4;
 
@@ -40,18 +38,6 @@ class MovingHorizonEstimator {
   void predict(double power) noexcept;
   /// As ExtendedKalmanFilter::update.
   UpdateStatus update(double volume_temperature) noexcept;
-
-  const StateVector& state() const noexcept { return state_; }
-  double absorption_factor() const noexcept { return parameters_[0]; }
-  double absorption_sigma() const noexcept;
-  double choroid_factor() const noexcept { return parameters_[1]; }
-  double choroid_sigma() const noexcept;
-  Outputs outputs() const noexcept;
-  double peak_sigma() const noexcept;
-  double innovation() const noexcept { return innovation_; }
-  double innovation_sigma() const noexcept { return innovation_sigma_; }
-  const ParametricMatrices& matrices() const noexcept { return matrices_; }
-  const ExtendedMatrix& covariance() const noexcept { return covariance_; }
 
   /// Gauss-Newton steps of the last update.
   int iterations() const noexcept { return iterations_; }
@@ -82,11 +68,6 @@ class MovingHorizonEstimator {
   void finish(const Linearization& at) noexcept;
   bool healthy() const noexcept;
 
-  ReducedModel model_;
-  EstimatorSettings settings_;
-  int order_;
-  int unknowns_;
-
   // The window: power, sample (NaN: none) and unknown power of each period.
   int periods_ = 0;
   WindowVector power_{};
@@ -94,19 +75,11 @@ class MovingHorizonEstimator {
   WindowVector unknown_power_{};
   StateMatrix transition_;  // A^periods
 
-  // Arrival cost and estimate at the window's start.
+  // Arrival cost and estimate at the window's start; the ExtendedEstimate is that at its end.
   ExtendedVector prior_mean_;
   ExtendedMatrix prior_covariance_;
   StateVector start_state_;
-  Parameters parameters_{};
 
-  // At its end.
-  StateVector state_;
-  ExtendedMatrix covariance_;
-  ParametricMatrices matrices_;
-  OutlierGate gate_;
-  double innovation_ = 0.0;
-  double innovation_sigma_ = 0.0;
   int iterations_ = 0;
 };
 

@@ -1,0 +1,61 @@
+#include "photocoag/estimation/extended_estimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "photocoag/core/check.hpp"
+
+namespace photocoag {
+
+ExtendedEstimate::ExtendedEstimate(const ReducedModel& model, const EstimatorSettings& settings)
+    : model_(model),
+      settings_(settings),
+      order_(model.order()),
+      unknowns_(settings.unknown_count()),
+      gate_(settings.outlier_sigma) {
+  settings.validate();
+  require(model.parameters >= settings.unknown_count(), "estimator.unknowns",
+          std::string_view("\"rpe-and-choroid\""),
+          "\"rpe\", or a model with both parameters: a [tissue] with a layer that has scaled_by = "
+          "\"beta\"");
+}
+
+void ExtendedEstimate::reset_estimate() noexcept {
+  state_.setZero(order_);
+  covariance_.setZero(order_ + unknowns_, order_ + unknowns_);
+  const Parameters sigma{settings_.absorption_sigma_initial, settings_.choroid_sigma_initial};
+  for (int q = 0; q < unknowns_; ++q) {
+    covariance_(order_ + q, order_ + q) = sigma[q] * sigma[q];
+  }
+  innovation_ = 0.0;
+  innovation_sigma_ = 0.0;
+  gate_.reset();
+  parameters_ = {settings_.absorption_initial, settings_.choroid_initial};
+  evaluate_at(model_, parameters_, matrices_);
+}
+
+bool ExtendedEstimate::finite_estimate() const noexcept {
+  if (!std::isfinite(parameters_[0]) || !std::isfinite(parameters_[1])) return false;
+  if (!state_.allFinite() || !covariance_.allFinite()) return false;
+  const Outputs estimate = outputs();
+  return std::isfinite(estimate.volume) && std::isfinite(estimate.peak);
+}
+
+double ExtendedEstimate::absorption_sigma() const noexcept {
+  return std::sqrt(std::max(0.0, covariance_(order_, order_)));
+}
+
+double ExtendedEstimate::choroid_sigma() const noexcept {
+  return unknowns_ == 1 ? 0.0 : std::sqrt(std::max(0.0, covariance_(order_ + 1, order_ + 1)));
+}
+
+Outputs ExtendedEstimate::outputs() const noexcept {
+  return {.volume = matrices_.volume.dot(state_), .peak = model_.C_peak.dot(state_)};
+}
+
+double ExtendedEstimate::peak_sigma() const noexcept {
+  return extended_peak_sigma(model_.C_peak, covariance_);
+}
+
+}  // namespace photocoag
