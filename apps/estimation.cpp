@@ -14,20 +14,10 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/estimation/estimator.hpp"
 #include "photocoag/run/estimation_study.hpp"
+#include "photocoag/run/estimation_table.hpp"
 
 namespace photocoag {
 namespace {
-
-void print_row(std::string_view name, const EstimationCycle& mean, double period, std::size_t begin,
-               std::size_t end) {
-  fmt::print("{:<37}{:>11}", name,
-             fmt::format("{:g} to {:g}", 1e3 * period * static_cast<double>(begin + 1),
-                         1e3 * period * static_cast<double>(end)));
-  fmt::print("{:>7.3f}{:>7}{:>7.2f}{:>7.2f}{:>9.2f}{:>8.3f}{:>8.3f}{:>8.2f}\n", mean.nis,
-             mean.nees > 0.0 ? fmt::format("{:.3f}", mean.nees) : "-", mean.nees_alpha,
-             mean.nees_peak, 100.0 * mean.rms_alpha, mean.sigma_alpha, mean.rms_peak,
-             100.0 * mean.rejected);
-}
 
 std::string csv(const std::vector<EstimationStatistics>& all, double period) {
   std::string text =
@@ -84,22 +74,22 @@ int estimation(const EstimationOptions& options) {
       "{} treatments of {:g} ms each; squares in units of the stated variance, 1 is "
       "consistent\n\n",
       options.seeds, config.run.duration * 1e3);
-  fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "", "", "", "NEES", "NEES",
-             "NEES", "alpha", "sigma", "peak", "reject-");
-  fmt::print("{:<37}{:>11}{:>7}{:>7}{:>7}{:>7}{:>9}{:>8}{:>8}{:>8}\n", "scenario", "ms", "NIS",
-             "(x,a)", "alpha", "peak", "rms %", "alpha", "rms K", "ed %");
+  fmt::print("{}", estimation_heading());
   std::vector<EstimationStatistics> all;
   for (const EstimationScenario& scenario : estimation_scenarios(config)) {
     all.push_back(estimation_statistics(config, models, scenario, options.seeds));
     const EstimationStatistics& one = all.back();
+    const auto row = [&](std::string_view name, std::size_t begin, std::size_t end) {
+      fmt::print("{}", estimation_row(name, one.mean(begin, end), period, begin, end));
+    };
     const std::size_t edges[] = {0, cycles / 25, cycles / 5, cycles};
-    std::string_view name = scenario.name;
+    std::string_view first = scenario.name;
     for (int i = 0; i < 3; ++i) {
       if (edges[i] == edges[i + 1]) continue;
-      print_row(name, one.mean(edges[i], edges[i + 1]), period, edges[i], edges[i + 1]);
-      name = "";
+      row(first, edges[i], edges[i + 1]);
+      first = "";
     }
-    print_row("", one.mean(0, cycles), period, 0, cycles);
+    row("", 0, cycles);
   }
   const auto cost = [&](EstimatorKind kind) {
     EstimatorSettings settings = config.estimator;
