@@ -15,24 +15,30 @@ namespace {
 
 const std::vector<std::string> kSmall = {"grid.min_cells=2000", "run.duration_ms=80"};
 
-Treatment record(const std::filesystem::path& folder, const std::vector<std::string>& overrides) {
+Treatment record(const std::filesystem::path& folder, const std::vector<std::string>& overrides,
+                 ModelStore& models) {
   const Config config = shipped("paper-1khz.toml", overrides);
-  ModelStore models(config, false);
   const Treatment treatment = treat(config, models);
   open_run_folder(folder, config);
   write_run(folder, config, treatment);
   return treatment;
 }
 
+Treatment record(const std::filesystem::path& folder, const std::vector<std::string>& overrides) {
+  ModelStore models(shipped("paper-1khz.toml", overrides), false);
+  return record(folder, overrides, models);
+}
+
 TEST(Replay, PowersAreTheSameToTheLastBit) {
   const TemporaryFolder folder;
+  ModelStore models(shipped("paper-1khz.toml", kSmall), false);  // no model depends on the extras
   for (const std::string extra : {"safety.supervisor=on", "safety.supervisor=off",
                                   "safety.real_time=enforce", "safety.exposure_max_ms=30",
                                   "plant.noise_K=1"}) {
     std::vector<std::string> overrides = kSmall;
     overrides.push_back(extra);
     const std::filesystem::path run = folder.path() / extra;
-    const Treatment treatment = record(run, overrides);
+    const Treatment treatment = record(run, overrides, models);
     const ReplayOutcome outcome = replay_run(run, false);
     EXPECT_TRUE(outcome.same()) << extra << ", cycle " << outcome.differs_at;
     // Every power of the run but the 0 W after its end.

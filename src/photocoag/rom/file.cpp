@@ -229,10 +229,8 @@ void check_normalization(const JsonReader& json, const ReducedModel& model) {
                                    "the optical depths of the whole tissue");
 }
 
-std::string checksum(Json json) {
-  json.erase("checksum");
-  return sha256_hex(json.dump());
-}
+// `json`: without its checksum.
+std::string checksum(const Json& json) { return sha256_hex(json.dump()); }
 
 }  // namespace
 
@@ -302,11 +300,13 @@ ReducedModel from_json(std::string_view text, std::string_view where) {
   reader["version"].expect(
       reader["version"].count() == kModelFileVersion,
       fmt::format("version {}: make the model again with `photocoag reduce`", kModelFileVersion));
-  if (reader["checksum"].text() != checksum(json)) {
+  const std::string stated = reader["checksum"].text();
+  json.erase("checksum");
+  if (stated != checksum(json)) {
     throw Error(ErrorParts{.where = std::string(where),
                            .key = "checksum",
                            .problem = "the model file was altered after it was made",
-                           .found = reader["checksum"].text().substr(0, 80),
+                           .found = stated.substr(0, 80),
                            .accepted =
                                "the SHA-256 of the file's content: make the model again with "
                                "`photocoag reduce`"});
