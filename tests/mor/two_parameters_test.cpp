@@ -109,8 +109,9 @@ TEST(TwoParameters, DerivativesAreThoseOfTheValues) {
     for (const ParameterDependence dependence :
          {ParameterDependence::kDeim, ParameterDependence::kQDeim,
           ParameterDependence::kChebyshev}) {
-      const ReducedModel model =
-          project_model(*full, space, {.parameter_dependence = dependence}, 1e-3, kHold);
+      const ReducedModel model = project_model(
+          *full, space, {.parameter_dependence = dependence, .refinement = Refinement::kNone}, 1e-3,
+          kHold);
       const double h = 1e-5;
       ParametricMatrices at;
       ParametricMatrices above;
@@ -193,8 +194,13 @@ TEST(TwoParameters, LayeredTissueIsReduced) {
 TEST(TwoParameters, FileKeepsEveryBit) {
   for (const auto dependence : {ParameterDependence::kDeim, ParameterDependence::kChebyshev}) {
     for (const Tissue& tissue : {with_beta(), testing::normalized(with_beta())}) {
+      // Refined once: that changes numbers, not what is in the file.
+      const bool refined = dependence == ParameterDependence::kDeim && tissue == with_beta();
       const ReducedModel model =
-          reduce(full_of(tissue, 3000), {.parameter_dependence = dependence}, 1e-3, kHold);
+          reduce(full_of(tissue, 3000),
+                 {.parameter_dependence = dependence,
+                  .refinement = refined ? Refinement::kOutputError : Refinement::kNone},
+                 1e-3, kHold);
       const ReducedModel read = from_json(to_json(model), "here");
       EXPECT_EQ(to_json(read), to_json(model));
       EXPECT_EQ(read.theta, model.theta);

@@ -51,6 +51,7 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
     // The sum of squares has several minima: search from other projections too.
     double least = refine(full, space, source, period, discretization, model, betas);
     for (const ReductionMethod other : {ReductionMethod::kBalanced, ReductionMethod::kIrka}) {
+      if (other == settings.method) continue;
       ReducedModel candidate;
       project(full, space, make_bases(full, space, other, settings.order, source, betas), source,
               candidate);
