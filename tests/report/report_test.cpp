@@ -107,6 +107,20 @@ TEST(Report, TimingIsGenericAndOptional) {
   expect_on(page, "wake late in µs");
 }
 
+TEST(Report, ARunOnADeviceSaysWhatTheDeviceDid) {
+  RunFolder run;
+  run.timing =
+      ", \"device\": {\"name\": \"eye\", \"late_commands\": 131, "
+      "\"pulse_peak_true_max_K\": 31.24}";
+  const std::string page = page_of(run);
+  expect_on(page, "Commands late");
+  expect_on(page, ">131</td>");
+  expect_on(page, "31.24\u00a0K");
+  expect_on(page, "./photocoag replay " + run.path.string() + "</code>");
+  expect_not_on(page, "photocoag simulate --config");
+  expect_not_on(page_of(RunFolder()), "Commands late");
+}
+
 TEST(Report, HistogramsAreDrawnBesideTheTiming) {
   RunFolder run;
   run.timing =

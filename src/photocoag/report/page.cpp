@@ -109,17 +109,22 @@ std::string field_section(const FieldPicture& field) {
 
 std::string reproduce_section(const RunSummary& summary, const RunConfig& config,
                               const std::string& folder) {
+  // A device's noise and lateness come once: what can be had again is what was made of them.
+  const bool device = summary.device.has_value();
   const std::string command =
-      "./photocoag simulate --config " + shell_word(folder + "/config.toml");
+      device ? "./photocoag replay " + shell_word(folder)
+             : "./photocoag simulate --config " + shell_word(folder + "/config.toml");
+  const std::string_view promise =
+      device ? "The recorded samples and this program give the same powers again:"
+             : "The same configuration, seed and program give the same log:";
   return fmt::format(
-      "<section><h2>Reproduce</h2>\n<p>The same configuration, seed and program give the same "
-      "log:</p>\n<pre class=\"command\"><code>{}</code></pre>\n"
+      "<section><h2>Reproduce</h2>\n<p>{}</p>\n<pre class=\"command\"><code>{}</code></pre>\n"
       "<dl class=\"facts\"><div><dt>Program</dt><dd>photocoag {}</dd></div>\n"
       "<div><dt>Seed</dt><dd>{}</dd></div>\n"
       "<div><dt>Configuration, SHA-256</dt><dd class=\"hash\">{}</dd></div></dl>\n"
       "<details><summary>Configuration</summary>\n<pre class=\"config\" "
       "tabindex=\"0\"><code>{}</code></pre></details>\n",
-      escape_html(command), escape_html(summary.version), escape_html(summary.seed),
+      promise, escape_html(command), escape_html(summary.version), escape_html(summary.seed),
       escape_html(summary.config_sha256), escape_html(config.text));
 }
 

@@ -63,6 +63,9 @@ std::string temperature_table(const RunSummary& summary, const RunConfig& config
     table.row("Highest peak", quantity(summary.peak_true_max_K, 2, "K"), "true rise")
         .row("Highest peak", quantity(plus(summary.peak_true_max_K, config.ambient_C), 2, "°C"),
              ambient);
+  if (summary.device && summary.device->pulse_peak_true_max_K)
+    table.row("Highest instant", quantity(summary.device->pulse_peak_true_max_K, 2, "K"),
+              "true rise, right after a pulse");
   table.row("Highest estimated peak", quantity(summary.peak_estimate_max_K, 2, "K"), "rise");
   if (!summary.peak_true_max_K)
     table.row("Highest estimated peak",
@@ -105,6 +108,10 @@ std::string safety_table(const RunSummary& summary) {
            count(summary.limit_violations), "true peak", exceeded ? "alarm" : "")
       .row("Limit active", count(summary.limit_active_cycles), "cycles in which it bound the power")
       .row("Overruns", count(summary.overruns), "cycles that ended late");
+  if (summary.device && summary.device->late_commands) {
+    table.row("Commands late", count(summary.device->late_commands),
+              "cycles with an older power in force");
+  }
   if (summary.stopped_for) {
     table.wide_row("■ Stopped for", *summary.stopped_for, "alarm");
   } else {
@@ -215,9 +222,10 @@ std::string quantity(std::optional<double> value, int digits, std::string_view u
 
 std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
   return "<section><h2>Summary</h2>\n<div class=\"tables\">\n<div>" +
-         temperature_table(summary, config) + dose_table(summary) + "</div>\n<div>" + safety_table(summary) +
-         absorption_table(log, summary, config) + "</div>\n<div>" + laser_table(log, config) +
-         run_table(log, summary) + solver_table(log) + "</div>\n</div></section>\n";
+         temperature_table(summary, config) + dose_table(summary) + "</div>\n<div>" +
+         safety_table(summary) + absorption_table(log, summary, config) + "</div>\n<div>" +
+         laser_table(log, config) + run_table(log, summary) + solver_table(log) +
+         "</div>\n</div></section>\n";
 }
 
 std::string timing_section(const RunSummary& summary, const FigureColumn& histograms) {

@@ -58,6 +58,13 @@ struct RunSummary {
     std::int64_t below_0 = 0, overflow = 0, without = 0;      ///< what is in no bin
   };
   std::vector<Histogram> histograms;
+  /// The optional object "device": what was treated on.
+  struct Device {
+    std::string name;
+    std::optional<std::int64_t> late_commands;
+    std::optional<double> pulse_peak_true_max_K;  ///< right after a pulse
+  };
+  std::optional<Device> device;
   /// The optional object "thermal_dose": parameter set and Arrhenius integral at the peak.
   std::vector<std::pair<std::string, double>> thermal_dose;
 };

@@ -132,6 +132,19 @@ std::vector<std::pair<std::string, double>> read_thermal_dose(const Json& object
   return doses;
 }
 
+std::optional<RunSummary::Device> read_device(const Json& object, const std::string& where) {
+  const auto found = object.find("device");
+  if (found == object.end() || !found->is_object()) return {};
+  const Reader reader(*found, where + ": device");
+  RunSummary::Device device;
+  device.name = reader.text("name").value_or("");
+  if (reader.has("late_commands")) device.late_commands = reader.count("late_commands");
+  if (reader.has("pulse_peak_true_max_K")) {
+    device.pulse_peak_true_max_K = reader.number("pulse_peak_true_max_K");
+  }
+  return device;
+}
+
 double toml_number(const toml::table& table, std::string_view section, std::string_view key,
                    const std::string& where) {
   if (const auto value = table[section][key].value<double>()) return *value;
@@ -176,6 +189,7 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.timing = read_timing(json);
   summary.histograms = read_histograms(json, where);
   summary.thermal_dose = read_thermal_dose(json);
+  summary.device = read_device(json, where);
   return summary;
 }
 
