@@ -45,7 +45,7 @@ struct Treatment {
   CycleHistograms histograms;  ///< empty in virtual time
   LogOutcome log;
   GoalWatch goal;
-  bool recovered = false;     ///< from the log of a program that ended early
+  bool recovered = false;     ///< from a log whose end is missing
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
   double wall_seconds = 0.0;  ///< of the loop alone
   std::size_t full_order_states = 0;
