@@ -161,9 +161,9 @@ TEST_P(BothTransports, SafeOffAndTheEndOfTheConnectionAreDark) {
     EXPECT_TRUE(dark());
     device.write_power(0.02, 2);
     EXPECT_TRUE(dark());
-    // On a busy machine the first periods may have passed before safe_off was called.
+    // Where the machine was late, the first samples are of periods before the request.
     bool closed = true;
-    for (std::uint64_t cycle = 0; cycle < 10 && closed; ++cycle) {
+    for (std::uint64_t cycle = 0; cycle < 1000 && closed; ++cycle) {
       device.wait_sample(cycle);
       closed = device.readback().interlock_closed;
     }

@@ -1,5 +1,7 @@
 #include "photocoag/run/recover.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "photocoag/core/error.hpp"
@@ -17,6 +19,13 @@ void add(DurationHistogram& histogram, std::int64_t ns) {
   }
 }
 
+// The last record that is there is not the last one that was made: the disk was full.
+bool end_is_missing(const LogContent& log) {
+  const std::uint64_t seen =
+      log.records.empty() ? 0 : static_cast<std::uint64_t>(log.records.back().record) + 1;
+  return seen < log.totals.produced;
+}
+
 // Histograms have 2000 bins per ms of period: a header that promises hours is not believed.
 constexpr double kLongestPeriod = 0.1;  // s
 
@@ -24,7 +33,7 @@ constexpr double kLongestPeriod = 0.1;  // s
 
 Treatment treatment_from(const LogContent& log) {
   Treatment treatment;
-  treatment.recovered = !log.closed;
+  treatment.recovered = !log.closed || end_is_missing(log);
   const double period = log.header.period;
   if (period > 0.0 && period <= kLongestPeriod) treatment.histograms = CycleHistograms(period);
   for (const LogRecord& record : log.records) {
@@ -61,16 +70,22 @@ Treatment treatment_from(const LogContent& log) {
           log.totals.produced - std::min<std::uint64_t>(log.totals.produced, log.records.size())};
   treatment.log.segments = std::max<std::int64_t>(1, log.header.segment + 1);
   if (!log.closed) treatment.log.trouble = "the log was not closed: the last 100 ms may be missing";
+  if (const std::uint64_t lost = treatment.log.totals.dropped; lost > 0) {
+    treatment.log.trouble +=
+        fmt::format("{}{} of {} records are not in the log",
+                    treatment.log.trouble.empty() ? "" : "; ", lost, log.totals.produced);
+  }
   return treatment;
 }
 
 LogContent recover_run(const std::filesystem::path& folder) {
   const std::string csv = (folder / "run.csv").string();
-  if (std::filesystem::exists(csv)) {
+  const bool has_table = std::filesystem::exists(csv);
+  if (has_table && std::filesystem::exists(folder / "summary.json")) {
     throw Error(ErrorParts{.where = csv,
                            .problem = "there is nothing to recover",
                            .found = "a complete run folder",
-                           .accepted = "one without run.csv"});
+                           .accepted = "one without run.csv or summary.json"});
   }
   const Config config = load_config((folder / "config.toml").string(), {});
   const std::vector<std::filesystem::path> files = segments_of(folder);
@@ -89,7 +104,12 @@ LogContent recover_run(const std::filesystem::path& folder) {
   }
   Treatment treatment = treatment_from(log);
   treatment.log.segments = static_cast<std::int64_t>(files.size());
-  write_run(folder, config, treatment);
+  if (has_table) {
+    // The disk was full after run.csv: that has every cycle, the log perhaps not.
+    write_summary(folder, config, treatment);
+  } else {
+    write_run(folder, config, treatment);
+  }
   return log;
 }
 

@@ -121,7 +121,8 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
             : "interrupted by the user";
   }
   if (treatment.recovered && !treatment.outcome.stopped) {
-    numbers.stopped_for = "the program ended early: recovered from its log";
+    numbers.stopped_for =
+        "the program ended early or its disk was full: recovered from a log without the end";
   }
   return numbers;
 }
@@ -187,6 +188,10 @@ void open_run_folder(const fs::path& folder, const Config& config) {
 
 void write_run(const fs::path& folder, const Config& config, const Treatment& treatment) {
   write_file(folder / "run.csv", run_csv(treatment, estimates_choroid(config)));
+  write_summary(folder, config, treatment);
+}
+
+void write_summary(const fs::path& folder, const Config& config, const Treatment& treatment) {
   const RunSummaryNumbers numbers = summarize(config, treatment);
   Json summary = {
       {"notice", kResearchNotice},

@@ -44,6 +44,9 @@ void open_run_folder(const std::filesystem::path& folder, const Config& config);
 /// run.csv and summary.json. Throws Error.
 void write_run(const std::filesystem::path& folder, const Config& config,
                const Treatment& treatment);
+/// summary.json alone. Throws Error.
+void write_summary(const std::filesystem::path& folder, const Config& config,
+                   const Treatment& treatment);
 
 /// run.csv as text: the same configuration, seed, build and machine give the same bytes.
 /// `with_choroid`: with the estimate of beta as the last columns.

@@ -46,7 +46,7 @@ struct Treatment {
   CycleHistograms histograms;  ///< empty in virtual time
   LogOutcome log;
   GoalWatch goal;
-  bool recovered = false;     ///< from the log of a program that ended early
+  bool recovered = false;     ///< from a log whose end is missing
   std::string scheduling;     ///< what real-time treatment was granted; empty in virtual time
   PageFaults page_faults;     ///< of the loop's thread while it treated
   double wall_seconds = 0.0;  ///< of the loop alone
