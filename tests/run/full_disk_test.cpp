@@ -80,7 +80,9 @@ TEST(TreatmentOnAFullDisk, HasTheSamePowersExactCountsAndAnAlarm) {
     EXPECT_NE(summary.find(std::to_string(totals.dropped) + " of 800 records are not in the log"),
               std::string::npos)
         << summary;
-    EXPECT_EQ(summary.find("\"stopped_for\": null"), std::string::npos) << "its end is not known";
+    // A last block of a few records may have found room in a page that was begun before.
+    const bool end_is_known = log.records.back().cycle == 799;
+    EXPECT_EQ(summary.find("\"stopped_for\": null") != std::string::npos, end_is_known) << summary;
     // Each row that is there is the row of the treatment with room.
     std::istringstream rows(text_of(run / "run.csv"));
     const std::string all = run_csv(expected);
