@@ -43,6 +43,27 @@ TEST(TreatDevice, AnEyeOfItsOwnProcess) {
       EXPECT_GT(summary["device"]["pulse_peak_true_max_K"], summary["peak_true_max_K"]);
       EXPECT_EQ(sandbox.run("replay run").exit_code, 0) << "the same powers to the last bit";
     }
+    // Had the program been killed before it wrote them, the log would give the same rows.
+    const std::string rows = read_all(sandbox.path("run") / "run.csv");
+    for (const char* file : {"run.csv", "summary.json", "report.html"}) {
+      std::filesystem::remove(sandbox.path("run") / file);
+    }
+    ASSERT_EQ(sandbox.run("convert run --recover").exit_code, 0);
+    const auto without_truth = [](const std::string& text) {
+      // The eye tells its true temperatures after the treatment, the log does not have them.
+      std::istringstream lines(text);
+      std::string kept;
+      for (std::string line; std::getline(lines, line); kept += '\n') {
+        std::istringstream cells(line);
+        std::string cell;
+        for (int column = 0; std::getline(cells, cell, ','); ++column) {
+          if (column != 3 && column != 6) kept += cell + ',';
+        }
+      }
+      return kept;
+    };
+    EXPECT_EQ(without_truth(read_all(sandbox.path("run") / "run.csv")), without_truth(rows));
+    EXPECT_EQ(summary_of(sandbox, "run")["device"]["pulses_per_period"], 10);
     // What the configuration had to say for it is in the run folder.
     EXPECT_NE(read_all(sandbox.path("run") / "config.toml").find("\"pulses\""), std::string::npos);
     EXPECT_EQ(sandbox.run("simulate --config run/config.toml --out again").exit_code, 2);

@@ -24,6 +24,7 @@ inline LogHeader header() {
   return {.program = "photocoag test",
           .config_sha256 = "c0ffee",
           .model_sha256 = "beef",
+          .device = {},
           .period = 1e-3,
           .planned_cycles = 1000,
           .fields = {}};

@@ -68,6 +68,7 @@ std::pair<LogHeader, std::size_t> parse_header(std::string_view bytes, const std
   header.program = text_of(json, "program");
   header.config_sha256 = text_of(json, "config_sha256");
   header.model_sha256 = text_of(json, "model_sha256");
+  header.device = text_of(json, "device");
   const auto period = json.find("period_s");
   header.period = period != json.end() && period->is_number() ? period->get<double>() : 0.0;
   header.planned_cycles = count_of(json, "planned_cycles");

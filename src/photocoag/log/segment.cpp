@@ -14,8 +14,8 @@ namespace photocoag {
 static_assert(std::endian::native == std::endian::little, "segments are written little-endian");
 
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t start) noexcept {
-  return static_cast<std::uint32_t>(::crc32_z(
-      start, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
+  return static_cast<std::uint32_t>(
+      ::crc32_z(start, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
 std::string segment_header(const LogHeader& header) {
@@ -31,6 +31,7 @@ std::string segment_header(const LogHeader& header) {
                                  {"program", header.program},
                                  {"config_sha256", header.config_sha256},
                                  {"model_sha256", header.model_sha256},
+                                 {"device", header.device},
                                  {"period_s", header.period},
                                  {"planned_cycles", header.planned_cycles},
                                  {"full_order_states", header.full_order_states},

@@ -13,9 +13,9 @@
 
 namespace photocoag {
 
-inline constexpr int kLogFormat = 1;                  ///< of the bytes below
-inline constexpr std::size_t kBlockRecords = 256;     ///< at most, in one block
-inline constexpr std::size_t kMostHeaderText = 65536; ///< bytes
+inline constexpr int kLogFormat = 1;                   ///< of the bytes below
+inline constexpr std::size_t kBlockRecords = 256;      ///< at most, in one block
+inline constexpr std::size_t kMostHeaderText = 65536;  ///< bytes
 
 /// What a segment says about itself.
 struct LogHeader {
@@ -23,6 +23,7 @@ struct LogHeader {
   std::string program;  ///< version and source hash
   std::string config_sha256;
   std::string model_sha256;
+  std::string device;   ///< what was treated on; empty: the simulated eye of the same process
   double period = 0.0;  ///< s
   std::int64_t planned_cycles = 0;
   std::int64_t full_order_states = 0;

@@ -99,6 +99,10 @@ double patience_of(const Config& config) {
              : std::max(1.5, kEyeStall / config.control.period);
 }
 
+std::string device_name(const DeviceAddress& address) {
+  return address.over_socket ? "eye, socket" : "eye, shared memory";
+}
+
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
                const PulseFeed& feed, const Surroundings& around, Treatment& treatment) {
   const int pulses = pulses_per_period(config);
@@ -130,7 +134,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
                                   config.estimator);
   treat_with(config, controller, device, witness, around, treatment);
   const std::vector<PeriodTruth>& truth = device.finish_truth();
-  DeviceReport report{.name = address.over_socket ? "eye, socket" : "eye, shared memory",
+  DeviceReport report{.name = device_name(address),
                       .pulses_per_period = pulses,
                       .late_pulses = static_cast<std::int64_t>(device.late_pulses()),
                       .pulse_peak_max = 0.0,
@@ -175,7 +179,8 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
   PulseFeed feed;
   if (device.eye())
     feed = feed_of_fresh_heat(models.model_full(), model, pulses_per_period(config));
-  const auto log = start_log(config, models, log_folder);
+  const auto log = start_log(config, models, log_folder,
+                             device.eye() ? device_name(device) : "driver, " + device.path);
   const Surroundings around{stop, progress, *log};
   Treatment treatment;
   treatment.records.resize(config.cycles());

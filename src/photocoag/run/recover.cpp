@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/cycle_log.hpp"
+#include "photocoag/run/device_config.hpp"
 #include "photocoag/run/run_folder.hpp"
 
 namespace photocoag {
@@ -104,6 +106,13 @@ LogContent recover_run(const std::filesystem::path& folder) {
   }
   Treatment treatment = treatment_from(log);
   treatment.log.segments = static_cast<std::int64_t>(files.size());
+  if (!log.header.device.empty()) {
+    const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
+    treatment.device = DeviceReport{.name = log.header.device,
+                                    .pulses_per_period = pulses ? pulses_per_period(config) : 0,
+                                    .pulse_peak_max = std::numeric_limits<double>::quiet_NaN(),
+                                    .status = "not known: recovered from the log"};
+  }
   if (has_table) {
     // The disk was full after run.csv: that has every cycle, the log perhaps not.
     write_summary(folder, config, treatment);

@@ -213,7 +213,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
   if (log_folder.empty()) {
     return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured});
   }
-  const auto log = start_log(config, models, log_folder, std::move(log_options));
+  const auto log = start_log(config, models, log_folder, "", std::move(log_options));
   Treatment treatment =
       treat(config, model, eye, {pacing, stop, progress, log.get(), as_configured});
   treatment.log = finish_log(*log);

@@ -13,13 +13,14 @@
 namespace photocoag {
 namespace {
 
-LogHeader log_header(const Config& config, ModelStore& models) {
+LogHeader log_header(const Config& config, ModelStore& models, std::string device) {
   const std::size_t states = config.plant.model == PlantModel::kFull
                                  ? models.plant_full()->states()
                                  : models.reduced().full_order_states;
   return {.program = fmt::format("photocoag {} {}", version(), source_hash()),
           .config_sha256 = config_sha256(models.config()),
           .model_sha256 = sha256_hex(to_json(models.reduced())),
+          .device = std::move(device),
           .period = config.control.period,
           .planned_cycles = static_cast<std::int64_t>(config.cycles()),
           .full_order_states = static_cast<std::int64_t>(states),
@@ -29,11 +30,13 @@ LogHeader log_header(const Config& config, ModelStore& models) {
 }  // namespace
 
 std::unique_ptr<LogWriter> start_log(const Config& config, ModelStore& models,
-                                     const std::filesystem::path& folder, LogOptions options) {
+                                     const std::filesystem::path& folder, std::string device,
+                                     LogOptions options) {
   if (options.ring_records == 0) {
     options.ring_records = static_cast<std::size_t>(std::ceil(1.0 / config.control.period));
   }
-  auto log = std::make_unique<LogWriter>(folder, log_header(config, models), std::move(options));
+  auto log = std::make_unique<LogWriter>(folder, log_header(config, models, std::move(device)),
+                                         std::move(options));
   const std::uint64_t bytes = 2 * sizeof(LogRecord) * config.cycles();
   if (!disk_has_room(folder, bytes)) {
     throw Error(ErrorParts{.where = folder.string(),

@@ -62,6 +62,7 @@ LogHeader header_of(const ProcessBench& bench) {
   return {.program = "fault table",
           .config_sha256 = "L1",
           .model_sha256 = {},
+          .device = {},
           .period = bench.config.control.period,
           .planned_cycles = static_cast<std::int64_t>(kCycles),
           .fields = {}};
