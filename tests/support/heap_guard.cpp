@@ -7,8 +7,14 @@
 
 #include "photocoag/core/real_time.hpp"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    !PHOTOCOAG_RTSAN
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define PHOTOCOAG_FOREIGN_MALLOC 1
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define PHOTOCOAG_FOREIGN_MALLOC 1
+#endif
+#if defined(__GLIBC__) && !defined(PHOTOCOAG_FOREIGN_MALLOC) && !PHOTOCOAG_RTSAN
 #define PHOTOCOAG_REPLACE_MALLOC 1
 #else
 #define PHOTOCOAG_REPLACE_MALLOC 0
