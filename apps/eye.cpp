@@ -38,7 +38,7 @@ int eye_command(const EyeOptions& options) {
   FaultScript faults;
   for (const std::string& fault : options.faults) add_faults(fault, faults);
   const auto model = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
-  PulsedEye eye(model, config.plant.absorption_factor, curve,
+  PulsedEye eye(model, config.plant.absorption(), curve,
                 {.pulse_period = config.photoacoustics.pulse_period,
                  .noise = config.plant.noise * std::sqrt(static_cast<double>(per_period)),
                  .noise_kind = config.photoacoustics.eye_noise,

@@ -81,6 +81,22 @@ TEST(PulsedTissue, ItsMeanIsThatOfConstantPower) {
   EXPECT_GT(tissue.peak_after(), tissue.mean().peak + 0.5) << "and the peak rides above";
 }
 
+TEST(PulsedTissue, KnowsTheChoroidsOwnFactor) {
+  const auto model = coarse_full_model(normalized(with_beta()));
+  constexpr double kPower = 0.02;
+  for (const AbsorptionFactors at : {AbsorptionFactors{1.1, 0.6}, AbsorptionFactors{0.8, 1.7}}) {
+    PulsedTissue tissue(model, kPulsePeriod, at, GrueneisenCurve(water_like_curve()));
+    FullOrderPlant constant(model, Discretization::kZeroOrderHold, kPulsePeriod, at);
+    for (int i = 0; i < 2000; ++i) {
+      tissue.pulse(kPower * kPulsePeriod);
+      constant.step(kPower);
+    }
+    // As in the test above.
+    EXPECT_NEAR(tissue.mean().peak, constant.outputs().peak, 5e-3) << at.beta;
+    EXPECT_NEAR(tissue.mean().volume, constant.outputs().volume, 5e-3) << at.beta;
+  }
+}
+
 TEST(PulsedTissue, ALineHearsTheMeanAndABentCurveTheMeanOfTheCurve) {
   const auto model = coarse_full_model(normalized(Tissue{}));
   const GrueneisenCurve line(water_like_curve());

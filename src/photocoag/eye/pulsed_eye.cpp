@@ -8,10 +8,10 @@
 
 namespace photocoag {
 
-PulsedEye::PulsedEye(std::shared_ptr<const FullOrderModel> model, double absorption_factor,
+PulsedEye::PulsedEye(std::shared_ptr<const FullOrderModel> model, AbsorptionFactors absorption,
                      const GrueneisenCurve& curve, const PulsedEyeSettings& settings,
                      FaultScript& faults)
-    : tissue_(model, settings.pulse_period, absorption_factor, curve),
+    : tissue_(model, settings.pulse_period, absorption, curve),
       curve_(curve),
       ambient_(model->tissue().ambient_celsius),
       settings_(settings),

@@ -40,7 +40,7 @@ struct EyeOrders {
 class PulsedEye {
  public:
   /// Throws Error as PulsedTissue does. Allocates.
-  PulsedEye(std::shared_ptr<const FullOrderModel> model, double absorption_factor,
+  PulsedEye(std::shared_ptr<const FullOrderModel> model, AbsorptionFactors absorption,
             const GrueneisenCurve& curve, const PulsedEyeSettings& settings, FaultScript& faults);
 
   /// Pulse `number`: decides the power, answers. Without a new token for two control periods, or

@@ -83,7 +83,7 @@ PHOTOCOAG_WIDE_VECTORS void add_scaled(double* __restrict sum, const double* __r
 }  // namespace
 
 PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double pulse_period,
-                           double absorption_factor, const GrueneisenCurve& curve)
+                           AbsorptionFactors absorption, const GrueneisenCurve& curve)
     : model_(std::move(model)),
       curve_(curve),
       ambient_(model_->tissue().ambient_celsius),
@@ -94,12 +94,12 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
                            .problem = "the pulsed eye needs layers that conduct alike",
                            .accepted = "no thermal data of single layers"});
   }
-  const OutputWeights weights = model_->output_weights(absorption_factor);
-  const double absorbed = AbsorptionLaw(model_->tissue()).whole().evaluate(absorption_factor).value;
+  const OutputWeights weights = model_->output_weights(absorption);
+  const double absorbed = AbsorptionLaw(model_->tissue()).whole().evaluate(absorption.alpha, absorption.beta).value;
   peak_weight_ = weights.peak;
-  volume_weight_ = weights.volume * (model_->volume_norm(absorption_factor) / absorbed);
+  volume_weight_ = weights.volume * (model_->volume_norm(absorption) / absorbed);
   prepare_modes(pulse_period);
-  if (!curve_.linear()) prepare_curved(absorption_factor);
+  if (!curve_.linear()) prepare_curved(absorption);
   state_.resize(decay_.size());
   axis_ = spot_ = axis_mean_ = spot_mean_ = VectorXd::Zero(model_->axial().size());
   reset();
@@ -132,7 +132,7 @@ void PulsedTissue::prepare_modes(double pulse_period) {
   peak_gain_ = peak_weight_.sum() * axis_weight_.sum();
 }
 
-void PulsedTissue::prepare_curved(double absorption_factor) {
+void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
   const Modes& radial = model_->radial();
   const Modes& axial = model_->axial();
   // Beam power per ring of cells.
@@ -142,9 +142,9 @@ void PulsedTissue::prepare_curved(double absorption_factor) {
   const std::vector<AbsorbedFraction>& cells = model_->cell_absorption();
   VectorXd absorbed(static_cast<Index>(cells.size()));
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption_factor).value;
+    absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption.alpha, absorption.beta).value;
   }
-  const VectorXd source = model_->axial_source(absorption_factor) * model_->input_gain();
+  const VectorXd source = model_->axial_source(absorption) * model_->input_gain();
   const MatrixXd by_depth =
       group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
   // Modes whose heat a group feels: together some mK at 0.1 W, and only the bend comes from them.

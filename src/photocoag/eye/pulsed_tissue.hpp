@@ -21,7 +21,7 @@ class PulsedTissue {
  public:
   /// Throws Error if layers conduct differently.
   PulsedTissue(std::shared_ptr<const FullOrderModel> model, double pulse_period,
-               double absorption_factor, const GrueneisenCurve& curve);
+               AbsorptionFactors absorption, const GrueneisenCurve& curve);
 
   void reset() noexcept;  ///< cold
   /// One pulse of `energy`, J (commanded), and the pulse period after it.
@@ -42,7 +42,7 @@ class PulsedTissue {
   static constexpr Eigen::Index kRingsPerPulse = 2;
   static constexpr Eigen::Index kDepths = 16;  // groups of axial cells of equal absorption
   void prepare_modes(double pulse_period);
-  void prepare_curved(double absorption_factor);
+  void prepare_curved(AbsorptionFactors absorption);
 
   std::shared_ptr<const FullOrderModel> model_;
   GrueneisenCurve curve_;
