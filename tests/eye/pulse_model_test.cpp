@@ -122,6 +122,7 @@ TEST(PulseModel, HeatYoungerThanAPulsePeriodIsThatOfTheFullModel) {
   for (std::size_t j = 0; j < witness_data.absorptions; j += 7) {
     EXPECT_EQ(witness_data.seen_feed[j], feed(witness_data.absorption[j]));
   }
+  EXPECT_NEAR(feed(1.1), -6.0, 1.0) << "docs/photoacoustics.md (P9)";
   EXPECT_FALSE(feed_of_fresh_heat(full, model, 1)) << "a single pulse hears none of its period";
 }
 

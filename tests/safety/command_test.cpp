@@ -212,5 +212,28 @@ TEST(DeviceCommand, WhatIsOnItsWayIsInTheGatesPrediction) {
   }
 }
 
+// The same with the witness alone: what the gate would do if it forgot what is on its way.
+TEST(DeviceCommand, ForgettingWhatIsOnItsWayWouldOverheat) {
+  const auto highest = [](bool awaits) {
+    Witness witness(witness_model(model_1khz()), 0.288, 0.01);
+    ReducedPlant eye(model_1khz(), 1.7);
+    double coming = 0.1;
+    double emitted = 0.0;
+    double peak = 0.0;
+    for (int k = 0; k < 300; ++k) {
+      eye.step(emitted);
+      peak = std::max(peak, eye.outputs().peak);
+      witness.emit(emitted);
+      if (awaits) witness.await(coming);
+      witness.learn(eye.outputs().volume);
+      emitted = coming;
+      coming = std::min({0.1, witness.power_for_peak(32.0), witness.held_power_for_peak(33.0)});
+    }
+    return peak;
+  };
+  EXPECT_LT(highest(true), 32.01);
+  EXPECT_NEAR(highest(false), 34.2, 0.1) << "docs/safety.md";
+}
+
 }  // namespace
 }  // namespace photocoag::testing

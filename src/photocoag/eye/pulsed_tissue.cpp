@@ -95,7 +95,8 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
                            .accepted = "no thermal data of single layers"});
   }
   const OutputWeights weights = model_->output_weights(absorption);
-  const double absorbed = AbsorptionLaw(model_->tissue()).whole().evaluate(absorption.alpha, absorption.beta).value;
+  const double absorbed =
+      AbsorptionLaw(model_->tissue()).whole().evaluate(absorption.alpha, absorption.beta).value;
   peak_weight_ = weights.peak;
   volume_weight_ = weights.volume * (model_->volume_norm(absorption) / absorbed);
   prepare_modes(pulse_period);
@@ -147,7 +148,7 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
   const VectorXd source = model_->axial_source(absorption) * model_->input_gain();
   const MatrixXd by_depth =
       group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
-  // Modes whose heat a group feels: together some mK at 0.1 W, and only the bend comes from them.
+  // Modes whose heat a group feels, at pulses of 0.1 W; only the bend comes from them.
   constexpr double kFelt = 1e-6;          // K
   constexpr double kLargestPulse = 1e-5;  // J
   felt_.assign(active_.size(), 0);

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
@@ -40,16 +41,6 @@ constexpr std::array<ColumnRule, 14> kColumns = {{
     {"solver_iterations", &RunLog::solver_iterations, Need::kNumber},
 }};
 constexpr std::string_view kStatusColumn = "solver_status";
-
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> cells;
-  while (true) {
-    const std::size_t comma = line.find(',');
-    cells.push_back(line.substr(0, comma));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
 
 struct Place {
   const std::string& file;
@@ -87,7 +78,7 @@ struct Header {
 };
 
 Header read_header(std::string_view line, const std::string& where) {
-  const std::vector<std::string_view> names = split(line);
+  const std::vector<std::string_view> names = csv_cells(line);
   const auto find = [&](std::string_view name, bool required) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -129,7 +120,7 @@ RunLog parse_run_log(std::string_view text, const std::string& where) {
       continue;
     }
     const Place place{where, line_number};
-    const std::vector<std::string_view> cells = split(line);
+    const std::vector<std::string_view> cells = csv_cells(line);
     if (cells.size() != header.width)
       throw Error({.where = fmt::format("{}:{}", where, line_number),
                    .problem = "the row does not match the header",

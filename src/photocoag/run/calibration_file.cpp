@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "photocoag/config/source.hpp"
+#include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/random.hpp"
@@ -36,17 +37,6 @@ std::vector<double> numbers_of(const Value& value, const std::string& key) {
   std::vector<double> numbers;
   for (const Entry& entry : value.entries) numbers.push_back(number_of(entry.value, key));
   return numbers;
-}
-
-std::vector<std::string_view> cells_of(std::string_view line) {
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  std::vector<std::string_view> cells;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t comma = std::min(line.find(',', at), line.size());
-    cells.push_back(line.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return cells;
 }
 
 }  // namespace
@@ -119,7 +109,7 @@ std::vector<CalibrationPoint> load_heating_data(const std::string& file) {
   std::string line;
   std::getline(lines, line);
   const std::string header = line;
-  const std::vector<std::string_view> names = cells_of(header);
+  const std::vector<std::string_view> names = csv_cells(header);
   const auto column = [&](std::string_view name) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (names[i] == name) return i;
@@ -136,7 +126,7 @@ std::vector<CalibrationPoint> load_heating_data(const std::string& file) {
   std::vector<CalibrationPoint> points;
   for (int number = 2; std::getline(lines, line); ++number) {
     if (line.empty() || line == "\r") continue;
-    const std::vector<std::string_view> cells = cells_of(line);
+    const std::vector<std::string_view> cells = csv_cells(line);
     const auto read = [&](std::size_t i) {
       const std::string_view cell = i < cells.size() ? cells[i] : std::string_view();
       double value = 0.0;

@@ -177,8 +177,9 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
                                const std::filesystem::path& log_folder) {
   const ReducedModel& model = models.reduced();
   PulseFeed feed;
-  if (device.eye())
+  if (device.eye()) {
     feed = feed_of_fresh_heat(models.model_full(), model, pulses_per_period(config));
+  }
   const auto log = start_log(config, models, log_folder,
                              device.eye() ? device_name(device) : "driver, " + device.path);
   const Surroundings around{stop, progress, *log};

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
@@ -25,25 +26,15 @@ namespace {
 
 constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
 
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t comma = std::min(line.find(',', at), line.size());
-    cells.push_back(line.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return cells;
-}
-
 /// Column numbers by name, and the cells of the current line.
 class Table {
  public:
   Table(std::string file, std::string_view header) : file_(std::move(file)) {
-    for (const std::string_view name : cells_of(header)) names_.emplace_back(name);
+    for (const std::string_view name : csv_cells(header)) names_.emplace_back(name);
   }
   void line(std::string_view text) {
     ++line_;
-    cells_ = cells_of(text);
+    cells_ = csv_cells(text);
     if (cells_.size() != names_.size()) {
       fail("", fmt::format("{} cells", cells_.size()), fmt::format("{} cells", names_.size()));
     }

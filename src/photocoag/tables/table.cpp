@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "photocoag/core/build_info.hpp"
+#include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/cycle_log.hpp"
@@ -33,16 +34,6 @@ std::string word_of(std::string_view field, const CycleRecord& record, const Log
     return std::string(to_string(from_log(reason).authorization.reason));
   }
   return {};
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t comma = std::min(line.find(',', at), line.size());
-    cells.push_back(line.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return cells;
 }
 
 bool to_number(const std::string& cell, double& value) {
@@ -105,16 +96,17 @@ Table table_of_csv(const std::filesystem::path& file) {
   std::istringstream lines(read_file(file.string(), kLargestRun, "run.csv"));
   std::string line;
   std::getline(lines, line);
-  const std::vector<std::string> names = cells_of(line);
+  const std::vector<std::string_view> header = csv_cells(line);
+  const std::vector<std::string> names(header.begin(), header.end());  // the line is read over
   std::vector<std::vector<std::string>> columns(names.size());
   for (std::size_t number = 2; std::getline(lines, line); ++number) {
-    const std::vector<std::string> cells = cells_of(line);
+    const std::vector<std::string_view> cells = csv_cells(line);
     if (cells.size() != names.size()) {
       throw Error(ErrorParts{.where = fmt::format("{}:{}", file.string(), number),
                              .found = fmt::format("{} cells", cells.size()),
                              .accepted = fmt::format("{} cells", names.size())});
     }
-    for (std::size_t k = 0; k < cells.size(); ++k) columns[k].push_back(cells[k]);
+    for (std::size_t k = 0; k < cells.size(); ++k) columns[k].emplace_back(cells[k]);
   }
   Table table;
   table.about = {{"notice", std::string(kResearchNotice)}, {"source", file.string()}};
