@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,6 +12,7 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/process.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/run/model_cache.hpp"
 
@@ -49,11 +49,11 @@ FirstCycle measure() {
 
 FirstCycle measure_in_a_process() {
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  const std::string command = "'" + program + "' bench first-cycle --one-process";
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  const ProgramResult result =
+      run_program({program, "bench", "first-cycle", "--one-process"}, {.whole_environment = true});
   FirstCycle out{};
-  if (!pipe || std::fscanf(pipe.get(), "%lf %lf", &out.decide, &out.step) != 2) {
-    throw Error({.where = command, .problem = "the process gave no numbers"});
+  if (std::sscanf(result.output.c_str(), "%lf %lf", &out.decide, &out.step) != 2) {
+    throw Error({.where = program, .problem = "the process gave no numbers"});
   }
   return out;
 }

@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 
@@ -14,6 +12,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/stop_signal.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "progress.hpp"
@@ -25,15 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kExitBadInput = 2;
-
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // may be set in a signal handler
-
-void stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop_requested.store(true, std::memory_order_relaxed); };
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
-}
 
 int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
   if (*options.replay >= campaign.spots) {
@@ -81,7 +71,7 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   stop_on_signals();
   const CampaignOptions request{
       .out = options.out, .threads = options.threads, .use_cache = !options.no_cache};
-  const CampaignResult result = run_campaign(campaign, request, ranks, stop_requested, show);
+  const CampaignResult result = run_campaign(campaign, request, ranks, stop_requested(), show);
   if (ranks.rank() != 0) return 0;
   clear_progress();
   const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);

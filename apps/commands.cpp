@@ -17,6 +17,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
+#include "photocoag/core/stop_signal.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/certificate.hpp"
 #include "photocoag/mor/reduce.hpp"
@@ -39,17 +40,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kExitDeviceFault = 3;
-
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // may be set in a signal handler
-
-void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
-
-void stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = request_stop;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
-}
 
 Progress progress_bar(std::string label) {
   return
@@ -228,8 +218,8 @@ int run(const RunOptions& options, Pacing pacing) {
                               config.cycles());
     const fs::path log = pacing == Pacing::kClock ? folder / "log" : fs::path();
     treatment = device
-                    ? run_device_treatment(controlled, *device, models, stop_requested, done, log)
-                    : run_treatment(controlled, models, pacing, stop_requested, done, log);
+                    ? run_device_treatment(controlled, *device, models, stop_requested(), done, log)
+                    : run_treatment(controlled, models, pacing, stop_requested(), done, log);
   }
   bool complete = true;
   try {

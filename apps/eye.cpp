@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <sys/prctl.h>
 
-#include <atomic>
 #include <cmath>
 #include <csignal>
 
@@ -10,6 +9,7 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/stop_signal.hpp"
 #include "photocoag/eye/eye_server.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rt/eye_device.hpp"
@@ -17,13 +17,6 @@
 #include "photocoag/run/device_config.hpp"
 
 namespace photocoag {
-namespace {
-
-std::atomic<bool> stop_eye{false};
-void request_stop(int) { stop_eye.store(true, std::memory_order_relaxed); }
-
-}  // namespace
-
 int eye_command(const EyeOptions& options) {
   if (!options.tell.empty()) {
     const std::string answer = tell_eye(options.socket, options.tell);
@@ -45,22 +38,21 @@ int eye_command(const EyeOptions& options) {
                  .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
                  .seed = config.run.seed},
                 faults);
-  struct sigaction action {};
-  action.sa_handler = request_stop;
-  for (const int signal : {SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+  stop_on_signals({SIGTERM, SIGHUP});
   if (options.once) {
     // Ctrl-C is the controller's business: the eye ends when it has gone, whatever way.
     signal(SIGINT, SIG_IGN);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
   } else {
-    sigaction(SIGINT, &action, nullptr);
+    stop_on_signals({SIGINT});
     fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
     fmt::print(stderr, "eye       {} states, absorption factor {:g}, a pulse every {:g} ms; {}\n",
                model->states(), config.plant.absorption_factor,
                config.photoacoustics.pulse_period * 1e3, options.socket);
   }
-  const EyeStatistics statistics = serve_eye({.socket = options.socket, .once = options.once, .foreign_core = config.safety.core}, eye,
-                                             faults, config.photoacoustics.pulse_period, stop_eye);
+  const EyeStatistics statistics = serve_eye(
+      {.socket = options.socket, .once = options.once, .foreign_core = config.safety.core}, eye,
+      faults, config.photoacoustics.pulse_period, stop_requested());
   fmt::print(stderr, "{}", to_text(statistics));
   return 0;
 }

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -10,6 +9,7 @@
 #include "commands.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/stop_signal.hpp"
 #include "photocoag/machine/doctor.hpp"
 #include "photocoag/machine/latency.hpp"
 
@@ -69,10 +69,10 @@ int doctor_command(const DoctorOptions& options) {
 
 int latency_command(const LatencyOptions& options) {
   const double period = options.period_ms * 1e-3;
-  std::atomic<bool> stop{false};
+  stop_on_signals();
   CyclictestRun other;
   std::thread beside([&] { other = run_cyclictest(options.seconds, period); });
-  const WakeLatency own = measure_wake_latency(options.seconds, period, stop);
+  const WakeLatency own = measure_wake_latency(options.seconds, period, stop_requested());
   beside.join();
   Json json = {{"period_ms", options.period_ms},
                {"seconds", options.seconds},

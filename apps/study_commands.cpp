@@ -22,13 +22,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The shipped studies: beside an installed program, else in the source tree.
+// The shipped studies: beside an installed program, else in the source tree around its build tree.
 fs::path shipped_studies() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path() / "../share/photocoag/studies";
-  return !error && fs::exists(installed / "plan.toml") ? installed
-                                                       : fs::path(PHOTOCOAG_STUDIES_DIR);
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
+  fs::path studies = folder.parent_path() / "share/photocoag/studies";
+  for (fs::path above = folder; !fs::exists(studies / "plan.toml") && above.has_relative_path();
+       above = above.parent_path()) {
+    studies = above / "studies";
+  }
+  return studies;
 }
 
 fs::path new_folder(const std::string& name) {

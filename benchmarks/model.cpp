@@ -269,13 +269,13 @@ Size measure_apart(std::size_t min_cells) {
     }
     _exit(status);
   }
+  close(ends[1]);  // the child's end: if it dies, read returns
   Size size;
   const bool complete = read(ends[0], &size, sizeof size) == static_cast<ssize_t>(sizeof size);
   int status = 0;
   rusage usage{};
   wait4(child, &status, 0, &usage);
   close(ends[0]);
-  close(ends[1]);
   if (!complete || status != 0) throw Error("the measurement of one size failed");
   size.memory_MB = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return size;

@@ -4,8 +4,8 @@
 #   benchmarks/peers/run.sh [pymor|retina-therm]      without a name: both
 set -euo pipefail
 
-here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
-root=$(cd -- "$here/../.." && pwd)
+here=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
+root=$(dirname -- "$(dirname -- "$here")")
 work="$root/build/peers"
 program="$root/build/release/apps/photocoag"
 python="$work/venv/bin/python"

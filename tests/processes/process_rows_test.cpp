@@ -2,9 +2,11 @@
 // and allocations than `photocoag faults`. Plus the two tables together: no row is missing.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "photocoag/trials/process_trials.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace photocoag {
 namespace {
@@ -31,6 +33,30 @@ TEST_P(ProcessFaultTable, EveryRunOfTheRowPasses) {
 INSTANTIATE_TEST_SUITE_P(Rows, ProcessFaultTable, ::testing::ValuesIn(process_fault_ids()),
                          [](const auto& row) { return row.param; });
 
+TEST(ProcessFaultInstrument, ItsPathMayHoldBlanksAndColons) {
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path odd = folder.path() / "a b:c";
+  std::filesystem::create_directory(odd);
+  std::filesystem::copy_file(PHOTOCOAG_SHIM, odd / "shim.so");
+  for (const char* row : {"T6", "X3"}) {
+    ProcessFaultOptions options = quick(row);
+    options.shim = (odd / "shim.so").string();
+    options.allocation_step = 1'000'000;
+    const std::vector<FaultRow> rows = run_process_faults(options);
+    EXPECT_EQ(rows.at(0).passed, rows.at(0).runs) << row << ": " << rows.at(0).first_failure;
+  }
+}
+
+TEST(ProcessFaultInstrument, WithoutItTheRowFails) {
+  for (const char* row : {"T6", "X3"}) {
+    ProcessFaultOptions options = quick(row);
+    options.shim += ".gone";
+    const std::vector<FaultRow> rows = run_process_faults(options);
+    EXPECT_GT(rows.at(0).runs, 0) << row;
+    EXPECT_EQ(rows.at(0).passed, 0) << row;
+  }
+}
+
 TEST(ProcessFaultTableAsAWhole, WithoutTheSupervisorItsRowsFail) {
   ProcessFaultOptions options = quick("");
   options.supervised = false;
@@ -47,10 +73,10 @@ TEST(ProcessFaultTableAsAWhole, BothTablesTogetherHaveEveryRowButTheConsoles) {
   std::set<std::string> ids;
   for (const FaultCase& test : fault_table()) ids.insert(test.id);
   for (const std::string& id : process_fault_ids()) ids.insert(id);
-  EXPECT_EQ(ids, (std::set<std::string>{
-                     "M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9", "A1", "A2", "A3", "A4",
-                     "A5", "S1", "S2", "S3", "S4", "S5", "E1", "E2", "E3", "E4", "T1", "T2", "T3",
-                     "T4", "T5", "T6", "T7", "F1", "F2", "F3", "L1", "X1", "X2", "X3", "X4"}));
+  EXPECT_EQ(ids, (std::set<std::string>{"M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9", "A1",
+                                        "A2", "A3", "A4", "A5", "S1", "S2", "S3", "S4", "S5", "E1",
+                                        "E2", "E3", "E4", "T1", "T2", "T3", "T4", "T5", "T6", "T7",
+                                        "F1", "F2", "F3", "L1", "X1", "X2", "X3", "X4"}));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/report/process.hpp"
 #include "run_folder.hpp"
 
 namespace photocoag {
@@ -265,19 +264,6 @@ TEST(Plot, CsvHoldsAllDataWithFullDigits) {
             "\"T, \"\"rise\"\" in K\",b,0.5,,1,2\n"
             "\"T, \"\"rise\"\" in K\",l,0,7,,\n"
             "\"T, \"\"rise\"\" in K\",l,1,7,,\n");
-}
-
-TEST(Process, PassesMuchInputAndOutputThrough) {
-  const std::string text(3'000'000, 'x');
-  const ProgramResult result = run_program({"cat"}, text);
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.output, text);
-}
-
-TEST(Process, UsesNoShellAndSurvivesAChildThatDoesNotRead) {
-  EXPECT_EQ(run_program({"echo", "$(id); `id` | x"}, "").output, "$(id); `id` | x\n");
-  EXPECT_EQ(run_program({"false"}, std::string(3'000'000, 'x')).exit_code, 1);
-  EXPECT_FALSE(run_program({"no-such-program-of-that-name"}, "").found);
 }
 
 }  // namespace

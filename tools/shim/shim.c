@@ -1,11 +1,13 @@
 /* Role: tests; a library that is loaded before all others (LD_PRELOAD) and makes the system misbehave:
  * a wall clock that jumps, allocations that fail. Used by `photocoag faults` (rows T6, X3). Linux with glibc.
  *
- * PHOTOCOAG_SHIM_CLOCK=1: every reading of the wall clock is one hour early, right, one hour late, in turn.
+ * PHOTOCOAG_SHIM_REPORT=DESCRIPTOR: where it says what it does, first of all "loaded": no test passes without it.
+ * PHOTOCOAG_SHIM_CLOCK=1: every reading of the wall clock is one hour early, right, one hour late, in turn. Prints "jumped" when
+ * the first wrong one is handed out.
  * PHOTOCOAG_SHIM_MALLOC=STEP: runs the program once to count the allocations between main and mlockall (where
  * the treatment loop begins), then once for every STEP-th of them, which fails; each run in a process of its
- * own. A "@" in an argument is replaced by the number. Prints "count N" and "N STATUS" lines on descriptor
- * PHOTOCOAG_SHIM_REPORT (PHOTOCOAG_SHIM_FIRST: number to begin with): exit code, 256 + signal, or 300 if the loop would have begun. */
+ * own. A "@" in an argument is replaced by the number. Prints "count N" and "N STATUS" lines
+ * (PHOTOCOAG_SHIM_FIRST: number to begin with): exit code, 256 + signal, or 300 if the loop would have begun. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -31,6 +33,13 @@ enum { kLoopBegins = 100 }; /* exit code of a child that came so far */
 static atomic_long allocations = -1; /* -1: not counting */
 static long fail_at = 0;             /* 0: none */
 static long* counted = NULL;         /* shared with the parent */
+
+static void report(const char* line, long first, long second) {
+  const char* descriptor = getenv("PHOTOCOAG_SHIM_REPORT");
+  if (descriptor != NULL) dprintf(atoi(descriptor), line, first, second);
+}
+
+__attribute__((constructor)) static void loaded(void) { report("loaded\n", 0, 0); }
 
 static int fails(void) {
   if (atomic_load_explicit(&allocations, memory_order_relaxed) < 0) return 0;
@@ -67,7 +76,10 @@ static long jump(void) {
   static atomic_long readings = 0;
   static int jumps = -1;
   if (jumps < 0) jumps = getenv("PHOTOCOAG_SHIM_CLOCK") != NULL;
-  return jumps ? 3600 * (atomic_fetch_add(&readings, 1) % 3 - 1) : 0;
+  if (!jumps) return 0;
+  const long reading = atomic_fetch_add(&readings, 1);
+  if (reading == 0) report("jumped\n", 0, 0);
+  return 3600 * (reading % 3 - 1);
 }
 
 int clock_gettime(clockid_t clock, struct timespec* now) {
@@ -129,18 +141,16 @@ static int run_child(long number, int argc, char** argv, char** environment) {
 
 static int many_mains(int argc, char** argv, char** environment) {
   const char* step_text = getenv("PHOTOCOAG_SHIM_MALLOC");
-  const char* report_text = getenv("PHOTOCOAG_SHIM_REPORT");
-  if (step_text == NULL || report_text == NULL) return real_main(argc, argv, environment);
+  if (step_text == NULL) return real_main(argc, argv, environment);
   const long step = atol(step_text);
-  const int report = atoi(report_text);
   counted = mmap(NULL, sizeof(long), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (counted == MAP_FAILED || step < 1) return 2;
   run_child(0, argc, argv, environment);
   const long count = *counted;
-  dprintf(report, "count %ld\n", count);
+  report("count %ld\n", count, 0);
   const char* first_text = getenv("PHOTOCOAG_SHIM_FIRST");
   for (long n = first_text == NULL ? 1 : atol(first_text); n <= count; n += step) {
-    dprintf(report, "%ld %d\n", n, run_child(n, argc, argv, environment));
+    report("%ld %ld\n", n, run_child(n, argc, argv, environment));
   }
   return 0;
 }

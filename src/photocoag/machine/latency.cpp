@@ -1,13 +1,13 @@
 #include "photocoag/machine/latency.hpp"
 
-#include <fmt/format.h>
-
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <string>
 #include <thread>
 
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/process.hpp"
 #include "photocoag/rt/clock.hpp"
 #include "photocoag/rt/real_time.hpp"
 
@@ -63,29 +63,24 @@ DurationHistogram parse_cyclictest(std::string_view output, double period) {
 }
 
 CyclictestRun run_cyclictest(double seconds, double period) {
-  CyclictestRun run{.command = fmt::format("cyclictest -q -m -t 1 -p 60 -i {} -l {} -h {}",
-                                           std::llround(period * 1e6),
-                                           std::llround(seconds / period),
-                                           std::llround(2e6 * period)),
-                    .why_not = {},
-                    .histogram = DurationHistogram(period)};
-  std::FILE* pipe = popen((run.command + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) {
-    run.why_not = "no shell";
-    return run;
-  }
-  std::string output;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    output.append(buffer.data(), n);
-  }
-  const int status = pclose(pipe);
-  run.histogram = parse_cyclictest(output, period);
-  run.ran = status == 0 && run.histogram.counted() > 0;
-  if (!run.ran) {
-    run.why_not = output.find("not found") != std::string::npos
-                      ? "not installed (Debian: rt-tests)"
-                      : output.substr(0, output.find('\n'));
+  constexpr double kStart = 30.0;  // s, for starting and ending
+  CyclictestRun run{.histogram = DurationHistogram(period)};
+  const auto number = [](double value) { return std::to_string(std::llround(value)); };
+  try {
+    const ProgramResult result =
+        run_program({"cyclictest", "-q", "-m", "-t", "1", "-p", "60", "-i", number(period * 1e6),
+                     "-l", number(seconds / period), "-h", number(2e6 * period)},
+                    {.patience = seconds + kStart});
+    run.histogram = parse_cyclictest(result.output, period);
+    run.ran = result.exit_code == 0 && run.histogram.counted() > 0;
+    const std::string said = result.errors + result.output;
+    if (!result.found) {
+      run.why_not = "not installed (Debian: rt-tests)";
+    } else if (!run.ran) {
+      run.why_not = said.substr(0, said.find('\n'));
+    }
+  } catch (const Error& error) {
+    run.why_not = error.what();
   }
   return run;
 }

@@ -24,7 +24,6 @@ WakeLatency measure_wake_latency(double seconds, double period, const std::atomi
 /// histogram and a reason if it is not installed or gives nothing.
 struct CyclictestRun {
   bool ran = false;
-  std::string command;
   std::string why_not;
   DurationHistogram histogram;
 };

@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/process.hpp"
 #include "photocoag/report/plot_layout.hpp"
-#include "photocoag/report/process.hpp"
 
 namespace photocoag {
 namespace {
@@ -68,7 +68,7 @@ std::string last_line(std::string text) {
 }
 
 std::string draw(const std::string& script, const PlotOptions& options) {
-  const ProgramResult result = run_program({options.gnuplot, "-d"}, script);
+  const ProgramResult result = run_program({options.gnuplot, "-d"}, {.input = script});
   if (!result.found)
     throw Error({.where = options.gnuplot,
                  .problem = "program not found, the plots need it",

@@ -9,10 +9,13 @@
 
 #include <charconv>
 #include <csignal>
+#include <optional>
 #include <sstream>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/process.hpp"
+#include "photocoag/core/stop_signal.hpp"
 #include "photocoag/log/reader.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "photocoag/rom/file.hpp"
@@ -25,6 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Arguments = std::vector<std::string>;
+
+constexpr double kPatience = 600.0;  // s, far more than any of these runs takes
 
 /// How a run of the program is set up besides its arguments.
 struct RunSetup {
@@ -62,6 +67,7 @@ ProgramRun run_program(const ProcessFaultOptions& options, const fs::path& folde
   if (child == 0) {
     dup2(output, 1);
     dup2(output, 2);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
     if (setup.unprivileged) give_up_privileges();
     for (const std::string& variable : setup.environment) {
       putenv(const_cast<char*>(variable.c_str()));
@@ -71,11 +77,35 @@ ProgramRun run_program(const ProcessFaultOptions& options, const fs::path& folde
   }
   if (child < 0 || output < 0) throw Error("no process");
   if (setup.during) setup.during(child);
-  int status = 0;
-  waitpid(child, &status, 0);
+  const std::optional<int> status = wait_for_child(child, kPatience);
   ::close(output);
-  return {.code = WIFSIGNALED(status) ? 256 + WTERMSIG(status) : WEXITSTATUS(status),
+  if (!status && stop_requested()) throw Error("stopped, as asked by a signal");
+  const int end = status.value_or(SIGKILL);
+  return {.code = WIFSIGNALED(end) ? 256 + WTERMSIG(end) : WEXITSTATUS(end),
           .said = read_file(said, std::size_t{1} << 26)};
+}
+
+/// A run with the library of tools/shim loaded, and what that library has said: nothing if it was
+/// not.
+struct ShimRun {
+  ProgramRun program;
+  std::string report;
+};
+
+ShimRun run_with_shim(const ProcessFaultOptions& options, const fs::path& folder,
+                      const Arguments& arguments, const std::string& setting) {
+  // LD_PRELOAD is split at blanks and colons: a name in the folder where the program starts.
+  fs::create_symlink(fs::absolute(options.shim), folder / "shim.so");
+  const std::string report = (folder / "shim.txt").string();
+  const int file = ::open(report.c_str(), O_RDWR | O_CREAT | O_TRUNC, 0644);
+  ShimRun run;
+  run.program = run_program(options, folder, arguments,
+                            {.environment = {"LD_PRELOAD=./shim.so", setting,
+                                             fmt::format("PHOTOCOAG_SHIM_REPORT={}", file)},
+                             .during = {}});
+  ::close(file);
+  run.report = read_file(report, std::size_t{1} << 26);
+  return run;
 }
 
 /// A treatment of a coarse eye: what is tested is the program, not the physics.
@@ -143,17 +173,20 @@ std::string jumping_clock(const ProcessFaultOptions& options, double absorption)
     run_program(options, folder.path(), treatment(absorption, "simulate", 100));
     expected = read_file((folder.path() / "out" / "run.csv").string(), std::size_t{1} << 26);
   }
+  // Without --out the run folder is named after the wall clock: a reading at least.
+  Arguments unnamed = treatment(absorption, "treat", 100);
+  unnamed.erase(unnamed.begin() + 1, unnamed.begin() + 3);
   // On a busy machine some attempts overrun, which changes the powers.
   std::string overruns = "every attempt overran";
   for (int attempt = 0; attempt < 10; ++attempt) {
     const ScratchFolder folder;
-    const ProgramRun run = run_program(
-        options, folder.path(), treatment(absorption, "treat", 100),
-        {.environment = {"LD_PRELOAD=" + options.shim, "PHOTOCOAG_SHIM_CLOCK=1"}, .during = {}});
+    const auto [run, shim] =
+        run_with_shim(options, folder.path(), unnamed, "PHOTOCOAG_SHIM_CLOCK=1");
+    if (shim.find("jumped") == std::string::npos) return "the wall clock has not jumped: " + shim;
     if (run.code != 0) return fmt::format("exit code {}: {}", run.code, last_line(run.said));
     if (run.said.find(" 0 overruns") == std::string::npos) continue;
-    const std::string got =
-        read_file((folder.path() / "out" / "run.csv").string(), std::size_t{1} << 26);
+    const fs::path out = fs::directory_iterator(folder.path() / "runs")->path();
+    const std::string got = read_file((out / "run.csv").string(), std::size_t{1} << 26);
     return got == expected ? "" : "the powers differ";
   }
   return overruns;
@@ -288,17 +321,12 @@ void no_memory(const ProcessFaultOptions& options, double absorption, FaultRow& 
   ModelStore(load_config("", {"grid.min_cells=2000"}), true).reduced();
   Arguments arguments = treatment(absorption, "treat", 20);
   arguments[2] = "out@";
-  const std::string report = (folder.path() / "report.txt").string();
-  const int file = ::open(report.c_str(), O_RDWR | O_CREAT | O_TRUNC, 0644);
-  const ProgramRun run =
-      run_program(options, folder.path(), arguments,
-                  {.environment = {"LD_PRELOAD=" + options.shim,
-                                   fmt::format("PHOTOCOAG_SHIM_MALLOC={}", options.allocation_step),
-                                   fmt::format("PHOTOCOAG_SHIM_REPORT={}", file)},
-                   .during = {}});
-  ::close(file);
-  std::istringstream lines(read_file(report, std::size_t{1} << 26));
+  const auto [run, shim] =
+      run_with_shim(options, folder.path(), arguments,
+                    fmt::format("PHOTOCOAG_SHIM_MALLOC={}", options.allocation_step));
+  std::istringstream lines(shim);
   std::string word;
+  if (!(lines >> word) || word != "loaded") return count(row, "the shim was not loaded", false);
   long value = 0;
   long allocations = 0;
   while (lines >> word >> value) {

@@ -1,4 +1,4 @@
-#include "photocoag/report/process.hpp"
+#include "photocoag/core/process.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -8,12 +8,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/stop_signal.hpp"
 
 namespace photocoag {
 namespace {
@@ -95,24 +100,65 @@ void receive_some(Descriptor& from, std::string& text) {
   if (got == 0 || (got < 0 && errno != EINTR)) from.close();
 }
 
+// When waiting ends: its time is over, or somebody asks the program to stop.
+class Patience {
+ public:
+  explicit Patience(double seconds)
+      : end_(Clock::now() +
+             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))) {}
+
+  bool stopped() const noexcept { return stop_requests() != stops_; }
+  bool over() const noexcept { return stopped() || Clock::now() >= end_; }
+  // A signal that comes between the look at it and the wait is seen a moment later.
+  int milliseconds(int at_most) const noexcept {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - Clock::now()).count();
+    return static_cast<int>(std::clamp<std::int64_t>(left, 0, at_most));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point end_;
+  int stops_ = stop_requests();
+};
+
 // Feeds and drains all channels at once, so that neither side can block the other for ever.
 void exchange(Channel& in, Channel& out, Channel& err, std::string_view input,
-              ProgramResult& result) {
+              const Patience& patience, ProgramResult& result) {
   if (input.empty()) in.ours.close();
-  while (in.ours.open() || out.ours.open() || err.ours.open()) {
+  while ((in.ours.open() || out.ours.open() || err.ours.open()) && !patience.over()) {
     std::array<pollfd, 3> waiting = {pollfd{in.ours.get(), POLLOUT, 0},
                                      pollfd{out.ours.get(), POLLIN, 0},
                                      pollfd{err.ours.get(), POLLIN, 0}};
-    if (::poll(waiting.data(), waiting.size(), -1) < 0) continue;  // interrupted by a signal
+    if (::poll(waiting.data(), waiting.size(), patience.milliseconds(100)) < 0) continue;
     if (waiting[0].revents != 0) send_some(in.ours, input);
     if (waiting[1].revents != 0) receive_some(out.ours, result.output);
     if (waiting[2].revents != 0) receive_some(err.ours, result.errors);
   }
 }
 
+// `target` is what to kill: the child, or its group (negative).
+std::optional<int> wait_or_kill(pid_t child, pid_t target, const Patience& patience) {
+  int status = 0;
+  for (pid_t ended = 0; !patience.over();) {
+    ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child) return status;
+    if (ended < 0 && errno != EINTR) return std::nullopt;
+    ::poll(nullptr, 0, patience.milliseconds(2));
+  }
+  ::kill(target, SIGKILL);
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-ProgramResult run_program(const std::vector<std::string>& arguments, std::string_view input) {
+std::optional<int> wait_for_child(pid_t child, double patience) {
+  return wait_or_kill(child, child, Patience(patience));
+}
+
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const ProgramOptions& options) {
   std::vector<std::string> words = arguments;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -122,12 +168,14 @@ ProgramResult run_program(const std::vector<std::string>& arguments, std::string
   std::string locale_entry = "LC_ALL=C.UTF-8";
   std::array<char*, 3> environment = {path_entry.data(), locale_entry.data(), nullptr};
 
+  const Patience patience(options.patience);
   Channel in, out, err;
   pid_t child = 0;
   {
     const SpawnSettings settings(in, out, err);
-    const int problem = ::posix_spawnp(&child, argv[0], settings.actions(), settings.attributes(),
-                                       argv.data(), environment.data());
+    const int problem =
+        ::posix_spawnp(&child, argv[0], settings.actions(), settings.attributes(), argv.data(),
+                       options.whole_environment ? environ : environment.data());
     if (problem == ENOENT) return {.found = false};
     if (problem != 0)
       throw Error({.where = arguments[0],
@@ -138,11 +186,15 @@ ProgramResult run_program(const std::vector<std::string>& arguments, std::string
   err.theirs.close();
 
   ProgramResult result;
-  exchange(in, out, err, input, result);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  exchange(in, out, err, options.input, patience, result);
+  const std::optional<int> status = wait_or_kill(child, -child, patience);
+  if (!status) {
+    throw Error({.where = arguments[0],
+                 .problem = patience.stopped()
+                                ? "stopped, as asked by a signal"
+                                : fmt::format("has not ended after {:g} s", options.patience)});
   }
-  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  result.exit_code = WIFEXITED(*status) ? WEXITSTATUS(*status) : 128 + WTERMSIG(*status);
   return result;
 }
 

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# The script `photocoag` for a user who may read somebody else's tree but not write to it: what is built runs, what is
+# not or is older than its sources is named, and a link leads back to the tree. Argument: source tree.
+set -euo pipefail
+unset CDPATH
+work=$(mktemp -d)
+trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
+chmod 755 "$work"
+tree="$work/a tree"
+mkdir -p "$tree"/{src,apps,cmake,drivers,tests} "$tree"/build/release/{apps,tests} "$work/own/bin"
+cp "$1/photocoag" "$tree"
+touch "$tree"/{CMakeLists.txt,src/code.cpp,tests/code.cpp}
+program="$tree/build/release/apps/photocoag"
+printf '#!/bin/sh\necho "ran:$*"\n' >"$program"
+chmod 755 "$program"
+cp "$program" "$tree/build/release/tests/test_apps"
+printf 'add_test(inner "%s" inner)\n' "$program" >"$tree/build/release/tests/CTestTestfile.cmake"
+ln -s "$tree/photocoag" "$work/own/bin/photocoag"
+
+if [ "$(id -u)" -eq 0 ]; then
+  chown -R 65534:65534 "$work/own"
+  other=(setpriv --reuid=65534 --regid=65534 --clear-groups)
+else
+  chmod -R a-w "$tree"
+  other=()
+fi
+
+# expect CODE TEXT COMMAND…: the other user's command ends with CODE and says TEXT.
+expect() {
+  local code="$1" text="$2" status=0 said
+  shift 2
+  said=$("${other[@]}" "$@" 2>&1) || status=$?
+  if [ "$status" -ne "$code" ] || [[ "$said" != *"$text"* ]]; then
+    printf 'exit code %s instead of %s, or no "%s": %s\n%s\n' "$status" "$code" "$text" "$*" "$said" >&2
+    exit 1
+  fi
+}
+change() { [ "$(id -u)" -eq 0 ] || chmod -R u+w "$tree"; "$@"; [ "$(id -u)" -eq 0 ] || chmod -R a-w "$tree"; }
+minutes_later() { touch -d "$1 minutes" "$2"; }
+
+expect 0 "ran:simulate --out a b" "$tree/photocoag" simulate --out "a b"
+expect 0 "100% tests passed" "$tree/photocoag" test -R inner
+expect 8 "No tests were found" "$tree/photocoag" test -R no-such-test
+cd "$work"
+expect 0 "ran:config" env CDPATH="$work:/" own/bin/photocoag config
+[ ! -e "$work/own/bin/build" ] || { echo "the link's folder took a build" >&2; exit 1; }
+change minutes_later 1 "$tree/src/code.cpp"
+expect 2 "is older than $tree/src/code.cpp, and you cannot write" "$tree/photocoag" simulate
+expect 2 "its owner calls ./photocoag test there" "$tree/photocoag" test
+change minutes_later 2 "$tree/build/release/.built-photocoag" # a source that the program is not made of
+expect 0 "ran:simulate" "$tree/photocoag" simulate
+change minutes_later 3 "$tree/build/release/.built-all"
+change minutes_later 4 "$tree/tests/code.cpp"
+expect 2 "tests/code.cpp" "$tree/photocoag" test
+expect 0 "ran:simulate" "$tree/photocoag" simulate
+change rm "$tree/build/release/tests/test_apps"
+change minutes_later -1 "$tree/tests/code.cpp"
+expect 2 "the tests are not built" "$tree/photocoag" test
+change rm "$program"
+expect 2 "photocoag is not built, and you cannot write to $tree: its owner calls ./photocoag there" "$tree/photocoag" config
+change rm -r "$tree/build"
+change chmod a-w "$tree"
+expect 2 "photocoag is not built" "$tree/photocoag" config
