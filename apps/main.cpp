@@ -1,19 +1,17 @@
 // The program `photocoag`: command line only. Commands are in commands.hpp.
 #include <fmt/format.h>
-#include <pthread.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <string_view>
-#include <thread>
 
 #include "commands.hpp"
 #include "device_commands.hpp"
+#include "machine_commands.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "machine_commands.hpp"
+#include "stack.hpp"
 #include "study_commands.hpp"
 
 namespace {
@@ -63,34 +61,6 @@ std::string footer(std::string_view examples) {
   constexpr std::string_view kSaid = "photocoag: out of memory: the program ends\n";
   if (write(STDERR_FILENO, kSaid.data(), kSaid.size()) < 0) _exit(kExitBadInput);
   _exit(kExitBadInput);
-}
-
-int run_command(int argc, char** argv);
-
-/// Where the caller grants less stack than usual (ulimit -s), every thread gets the usual all the
-/// same, and the command a thread: controllers and models live on the stack.
-int run_with_stack(int argc, char** argv) {
-  constexpr rlim_t kUsual = 8U << 20U;  // bytes
-  rlimit granted{};
-  if (getrlimit(RLIMIT_STACK, &granted) != 0 || granted.rlim_cur >= kUsual) {
-    return run_command(argc, argv);
-  }
-  pthread_attr_t attributes;
-  pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, kUsual);
-  pthread_setattr_default_np(&attributes);
-  pthread_attr_destroy(&attributes);
-  int exit_code = kExitBadInput;
-  std::exception_ptr trouble;
-  std::thread([&] {
-    try {
-      exit_code = run_command(argc, argv);
-    } catch (...) {
-      trouble = std::current_exception();
-    }
-  }).join();
-  if (trouble) std::rethrow_exception(trouble);
-  return exit_code;
 }
 
 int run_command(int argc, char** argv) {
@@ -431,7 +401,7 @@ int run_command(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::set_terminate(refuse_to_go_on);
   try {
-    return run_with_stack(argc, argv);
+    return with_usual_stack([&] { return run_command(argc, argv); });
   } catch (const photocoag::Error& error) {
     fmt::print(stderr, "photocoag: {}\n", error.what());
     return kExitBadInput;

@@ -95,9 +95,9 @@ int spots_command(const SpotsOptions& options) {
       "rms_error_K,absorption_error\n";
   for (const auto& [name, config] : {std::pair<std::string, const Config*>("nominal", &nominal),
                                      std::pair<std::string, const Config*>("robust", &robust)}) {
-    const auto spots =
-        treat_spots(*config, model, options.range, limit, options.count,
-                    [&name](std::string_view stage, double f) { draw_progress(name, f, stage); });
+    const auto spots = treat_spots(
+        *config, model, options.range, limit, options.count,
+        [&label = name](std::string_view stage, double f) { draw_progress(label, f, stage); });
     clear_progress();
     print_row(name, spots);
     csv += csv_rows(name, spots);

@@ -7,7 +7,9 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <iterator>
 #include <string>
+#include <vector>
 
 namespace photocoag {
 namespace {
@@ -75,6 +77,18 @@ TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
   }
   for (const auto& [folder, allowed] : kAllowed)
     EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
+}
+
+TEST(House, NoFindingIsSilencedInTheCode) {
+  for (const char* folder : {"src", "apps", "benchmarks", "drivers", "examples", "tools"}) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(PHOTOCOAG_SOURCE_DIR) / folder)) {
+      if (!entry.is_regular_file()) continue;
+      std::ifstream file(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      EXPECT_EQ(text.find("NOLINT"), std::string::npos) << entry.path();
+    }
+  }
 }
 
 TEST(Includes, TheSupervisorSharesNothingWithWhatItSupervises) {

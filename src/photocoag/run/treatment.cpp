@@ -72,12 +72,12 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
     ClockPace pace(period, treatment.records.size(), stop);
     PacedEye device(eye, pace, period);
     RealTime granted;
-    std::thread loop([&] {
+    std::thread loop([&, &done = progress] {
       granted = request_real_time(config.safety.core);
       const PageFaults before = page_faults();
       pace.start();
       treatment.outcome = run_loop(controller, device, supervisor, period,
-                                   std::span(treatment.records), progress, observer);
+                                   std::span(treatment.records), done, observer);
       treatment.page_faults = page_faults() - before;
     });
     loop.join();

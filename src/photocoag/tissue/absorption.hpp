@@ -17,7 +17,7 @@ struct AbsorptionFactors {
   double alpha;
   double beta;
 
-  // NOLINTNEXTLINE(google-explicit-constructor): most tissues have alpha only
+  // Implicit: most tissues have alpha only.
   constexpr AbsorptionFactors(double a, double b = 1.0) noexcept : alpha(a), beta(b) {}
   bool operator==(const AbsorptionFactors&) const = default;
 };
