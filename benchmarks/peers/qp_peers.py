@@ -1,20 +1,17 @@
-"""Other QP solvers on the recorded problems of `photocoag bench qp --export FILE`.
+"""QP solvers that come as Python packages on the recorded problems of `photocoag bench qp --export FILE`.
 
 Every problem is  min 1/2 u' H u + g' u,  lower <= u <= upper,  G u <= limit,  with u over u_max.
 Two times per solver, in microseconds:
   call  measured here around the call, the solver's interface to Python included;
   own   measured by the solver itself, where it does that (update and solve, without Python).
 The u0 error is against the exact answer in the file, in units of u_max; solvers run one after another on
-each problem, cold, at the tolerance given in the table. HPIPM is not among them: casadi's interface to it takes
-multi-stage problems only, and with a dummy stage it ends at its iteration limit.
+each problem, cold, at the tolerance given in the table. DAQP and qpOASES are measured from C and C++: ../qp_peers.cpp.
 """
 
 import argparse
 import json
 import time
 
-import casadi
-import daqp
 import numpy as np
 import piqp
 from proxsuite import proxqp
@@ -36,21 +33,6 @@ class Problem:
 
 
 # Each peer is a class: made once per horizon, then solve(problem) -> (u0, own time in us or None).
-
-
-class Daqp:
-    name = "DAQP (1e-9)"
-
-    def __init__(self, first):
-        m, n = first.G.shape
-        self.sense = np.zeros(n + m, dtype=np.int32)
-        self.no_lower = np.full(m, -1e30)
-
-    def solve(self, p):
-        x, _, flag, info = daqp.solve(
-            p.H, p.g, p.G, np.concatenate((p.upper, p.limit)), np.concatenate((p.lower, self.no_lower)),
-            self.sense, primal_tol=1e-9)
-        return (x[0] if flag == 1 else None), 1e6 * (info["solve_time"] + info["setup_time"])
 
 
 class Piqp:
@@ -92,28 +74,6 @@ class ProxQp:
         return (self.qp.results.x[0] if solved else None), info.setup_time + info.solve_time
 
 
-class Casadi:
-    """A conic solver inside casadi: the call includes casadi's own copying."""
-
-    def __init__(self, first, plugin, options):
-        m, n = first.G.shape
-        structure = {"h": casadi.DM.ones(n, n).sparsity(), "a": casadi.DM.ones(m, n).sparsity()}
-        self.function = casadi.conic("peer", plugin, structure, {"error_on_fail": False, **options})
-
-    def solve(self, p):
-        out = self.function(h=p.H, g=p.g, a=p.G, lba=-np.inf, uba=p.limit, lbx=p.lower, ubx=p.upper)
-        stats = self.function.stats()
-        own = stats.get("t_wall_solver")
-        return (float(out["x"][0]) if stats["success"] else None), (1e6 * own if own else None)
-
-
-class QpOases(Casadi):
-    name = "qpOASES (default)"
-
-    def __init__(self, first):
-        super().__init__(first, "qpoases", {"printLevel": "none"})
-
-
 def measure(peer, problem):
     begin = time.perf_counter_ns()
     u0, own = peer.solve(problem)
@@ -126,7 +86,7 @@ def run(problems):
     for horizon in horizons:
         mine = [p for p in problems if p.horizon == horizon]
         peers = []
-        for kind in (Daqp, Piqp, ProxQp, QpOases):
+        for kind in (Piqp, ProxQp):
             try:
                 peer = kind(mine[0])
                 measure(peer, mine[0])

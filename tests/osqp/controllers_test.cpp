@@ -1,5 +1,5 @@
-// The paper's solver behind the same seam as ours: as good as its tolerance, safe where it gives no
-// answer, no heap in the cycle, independent of the reduced model's basis.
+// The paper's solver behind the same seam as ours: right or no answer at any tolerance, no heap in
+// the cycle, independent of the reduced model's basis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,13 +51,13 @@ void compare(const ControlSettings& settings, std::uint64_t seed, double disturb
   }
 }
 
-TYPED_TEST(OsqpControllers, FollowTheExactSolverToTheTolerance) {
+TYPED_TEST(OsqpControllers, FollowTheExactSolverAtAnyTolerance) {
   double worst = 0.0;
   int relaxed = 0;
   int unsolved = 0;
   int count = 0;
   for (const int horizon : {2, 3, 5, 10, 20}) {
-    for (const ControlSettings& settings : cases(horizon, 1e-6)) {
+    for (const ControlSettings& settings : cases(horizon, horizon == 5 ? 0.1 : 1e-6)) {
       for (const double disturbance : {0.0, 0.1}) {
         compare<TypeParam>(settings, 10 + horizon, disturbance,
                            [&](const MpcResult& expected, const MpcResult& got) {
@@ -74,10 +74,8 @@ TYPED_TEST(OsqpControllers, FollowTheExactSolverToTheTolerance) {
       }
     }
   }
-  EXPECT_LE(worst, 1e-5);  // W
-  // Two of 2,400 sparse problems, with the delayed weight in cycle 0, are seen to end after 4,000
-  // iterations; then the power is 0.
-  EXPECT_LE(unsolved, 5) << "of " << count;
+  EXPECT_LE(worst, 1e-9);  // W
+  EXPECT_LE(unsolved, 2) << "of " << count;
   EXPECT_GT(relaxed, 10);
   this->RecordProperty("worst_W", std::to_string(worst));
 }
@@ -91,8 +89,7 @@ TYPED_TEST(OsqpControllers, AnswersAreInTheBoxAtTheDefaultTolerance) {
           EXPECT_GE(got.power, power_min);
           EXPECT_LE(got.power, 0.1);
         } else {
-          EXPECT_EQ(got.power, 0.0);
-          EXPECT_EQ(got.status, MpcStatus::kFailed);
+          ADD_FAILURE() << to_string(got.solver_status);
         }
       });
     }

@@ -7,7 +7,10 @@
 #include <limits>
 #include <string>
 
+#include "photocoag/benchmark/qp_reference.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/qp/dense.hpp"
+#include "photocoag/qp/kkt.hpp"
 #include "qp/exam.hpp"
 
 namespace photocoag::qp_exam {
@@ -149,6 +152,99 @@ TEST(DenseSolver, RejectsSizesThatDoNotMatchAndAsymmetry) {
   reject([](QpProblem& qp) { qp.limit.setZero(2); });
   // The factorization reads one triangle only: what it finds is no minimizer, and that is noticed.
   reject([](QpProblem& qp) { qp.hessian(0, 1) += 0.1; }, QpStatus::kKktFailed);
+}
+
+// Model predictive control of a walking robot's centre of pressure, in metres: a triple integrator
+// whose jerk is free, between the edges of a foot. The first pair of rows has no input in it: what
+// it says of the state is true but for rounding. No bounds but a box that nothing reaches.
+QpProblem walking_problem(double box, double at_the_edge, double velocity) {
+  constexpr int kSteps = 16;
+  constexpr double kPeriod = 0.1;
+  constexpr double kHeight = 0.8 / 9.81;
+  QpProblem qp;
+  qp.resize(kSteps, 2 * kSteps);
+  qp.lower.setConstant(-box);
+  qp.upper.setConstant(box);
+  Eigen::MatrixXd reach = Eigen::MatrixXd::Zero(kSteps + 1, kSteps);  // of the velocity
+  for (int k = 0; k < kSteps; ++k) {
+    const double edge = k < 8 ? 0.065 : 0.165;
+    for (int j = 0; j < kSteps; ++j) {
+      const double age = k - 1 - j;
+      const double jerk = j < k ? std::pow(kPeriod, 3) * (1.0 / 6.0 + 0.5 * age + 0.5 * age * age) -
+                                      kHeight * kPeriod
+                                : 0.0;
+      qp.rows(2 * k, j) = jerk;
+      qp.rows(2 * k + 1, j) = -jerk;
+    }
+    const double drift = velocity * kPeriod * k;
+    qp.limit(2 * k) = edge - drift;
+    qp.limit(2 * k + 1) = drift + (k < 8 ? 0.0 : -0.035);
+    for (int j = 0; j <= k; ++j) {
+      reach(k + 1, j) = kPeriod * kPeriod * (0.5 + k - j);
+    }
+  }
+  qp.limit(1) = at_the_edge;
+  qp.hessian = reach.transpose() * reach + 1e-3 * Eigen::MatrixXd::Identity(kSteps, kSteps);
+  qp.gradient = reach.transpose() * Eigen::VectorXd::Constant(kSteps + 1, velocity - 0.1);
+  return qp;
+}
+
+TEST(DenseSolver, ARowWithoutInputsHoldsToTheRoundingOfTheLimits) {
+  DenseSolver solver;
+  QpSolution expected;
+  QpSolution solution;
+  for (const double box : {1e2, 1e6}) {
+    for (const double velocity : {0.05, 0.08, 0.1, 0.13}) {
+      ASSERT_EQ(solver.solve(walking_problem(box, 1.0, velocity), expected), QpStatus::kSolved);
+      for (const double rounding : {0.0, -7e-18, -3e-17, -1e-16}) {
+        ASSERT_EQ(solver.solve(walking_problem(box, rounding, velocity), solution),
+                  QpStatus::kSolved)
+            << rounding;
+        EXPECT_EQ(solution.power, expected.power);
+        EXPECT_LE(solution.kkt_residual, 1e-12);
+      }
+      EXPECT_EQ(solver.solve(walking_problem(box, -1e-12, velocity), solution),
+                QpStatus::kInfeasible);
+    }
+  }
+}
+
+TEST(DenseSolver, AWideBoxLoosensNothing) {
+  DenseSolver solver;
+  QpSolution narrow;
+  QpSolution wide;
+  int active = 0;
+  for (const double velocity : {0.05, 0.06, 0.07, 0.08, 0.09, 0.1, 0.13}) {
+    const QpProblem qp = walking_problem(1e6, 0.0, velocity);
+    ASSERT_EQ(solver.solve(walking_problem(1e2, 0.0, velocity), narrow), QpStatus::kSolved);
+    ASSERT_EQ(solver.solve(qp, wide), QpStatus::kSolved);
+    EXPECT_LE((wide.power - narrow.power).cwiseAbs().maxCoeff(), 1e-10);
+    const auto truth = reference_minimizer(qp, wide, 1e-12L);
+    ASSERT_TRUE(truth);
+    for (int j = 0; j < qp.hessian.rows(); ++j) {
+      EXPECT_NEAR(wide.power(j), double(truth->power[j]), 1e-10);
+    }
+    active += (wide.row_multiplier.array() > 0.0).any() ? 1 : 0;
+    // A step of a millionth away from the minimizer is seen as well as in a narrow box.
+    QpSolution moved = wide;
+    moved.power(0) += 1e-6 * wide.power.cwiseAbs().maxCoeff();
+    EXPECT_FALSE(is_optimal(evaluate_kkt(qp, moved)));
+  }
+  EXPECT_GT(active, 3);
+}
+
+TEST(DenseSolver, MoreInputsOrRowsThanItHoldsAreRefusedByName) {
+  QpProblem qp;
+  for (const auto& [inputs, rows] : {std::pair{50, 1}, {1, 50}, {0, 1}, {100, 200}}) {
+    try {
+      qp.resize(inputs, rows);
+      ADD_FAILURE() << inputs << ", " << rows;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("1 to 49 inputs, 0 to 49 rows"), std::string::npos)
+          << error.what();
+    }
+  }
+  qp.resize(49, 49);
 }
 
 TEST(DenseSolver, OverflowInsideIsAFailure) {

@@ -5,16 +5,10 @@
 #include <cmath>
 #include <exception>
 
-#include "photocoag/qp/kkt.hpp"
-
 namespace photocoag {
 namespace {
 
 constexpr double kPivot = 1e-14;  // as in DenseSolver: below, H is not definite
-
-// OSQP's criterion is absolute where ours is relative to terms that may be small: between the two
-// lies up to this factor (tests/qp, the exam at 1e-6).
-constexpr double kRoom = 100.0;
 
 // `least` becomes the least squared pivot if that is smaller.
 bool positive_definite(const InputMatrix& hessian, double& least) noexcept {
@@ -65,13 +59,8 @@ QpStatus CondensedOsqp::solve(const QpProblem& problem, QpSolution& solution) no
   }
   if (status == QpStatus::kSolved && !fill(problem)) status = QpStatus::kNumericalFailure;
   if (status == QpStatus::kSolved) {
-    status = workspace_.solve(true, true);
+    status = workspace_.solve_checked(true, true, [&] { return read(problem, solution); });
     solution.iterations = workspace_.iterations();
-  }
-  // Never read x before the status.
-  if (status == QpStatus::kSolved) {
-    read(problem, solution);
-    if (!(solution.kkt_residual <= kRoom * tolerance_)) status = QpStatus::kKktFailed;
   }
   if (status != QpStatus::kSolved) give_up(problem, solution);
   solution.status = status;
@@ -120,7 +109,7 @@ bool CondensedOsqp::fill(const QpProblem& problem) noexcept {
   return true;
 }
 
-void CondensedOsqp::read(const QpProblem& problem, QpSolution& solution) const noexcept {
+bool CondensedOsqp::read(const QpProblem& problem, QpSolution& solution) noexcept {
   const int n = inputs_;
   solution.power.resize(n);
   solution.bound_multiplier.resize(n);
@@ -136,7 +125,7 @@ void CondensedOsqp::read(const QpProblem& problem, QpSolution& solution) const n
     solution.row_multiplier(i) =
         bounded ? std::max(y[n + i], 0.0) * row_scale_(i) / objective_scale_ : 0.0;
   }
-  solution.kkt_residual = evaluate_kkt(problem, solution).largest();
+  return polisher_.polish(problem, solution);
 }
 
 }  // namespace photocoag

@@ -2,12 +2,14 @@
 // Used by mpc in place of DenseSolver. Source: as workspace.hpp.
 // Differences from the paper: condensed; rows and objective are normalized, so that the tolerance
 // is relative to the data and not to their units; H is checked to be definite; u is clipped to the
-// box. Units: none. Real time: as workspace.hpp, allocation-free for sizes that were prepared.
-// The answer is as good as the tolerance and depends on the problems before (warm start).
+// box, polished, and checked as every solver's. Units: none. Real time: as workspace.hpp,
+// allocation-free for sizes that were prepared. Accuracy as `dense`: only an answer that passes the
+// same check is one. Its last bits, and whether there is an answer, depend on the problems before
+// (warm start).
 #pragma once
 
 #include "photocoag/osqp/workspace.hpp"
-#include "photocoag/qp/problem.hpp"
+#include "photocoag/qp/polish.hpp"
 
 namespace photocoag {
 
@@ -23,9 +25,10 @@ class CondensedOsqp {
   /// Sets OSQP up for problems of one size. Allocates; throws Error.
   void prepare(int inputs, int rows, RowPattern pattern = RowPattern::kFull);
 
-  /// As DenseSolver::solve, but to the tolerance. Sizes that were not prepared are prepared first
-  /// (allocates); a row that leaves the pattern is kNumericalFailure. kkt_residual is evaluated
-  /// independently of OSQP, on the clipped answer; above 100 tolerances: kKktFailed.
+  /// As DenseSolver::solve. Sizes that were not prepared are prepared first (allocates); a row that
+  /// leaves the pattern is kNumericalFailure. OSQP starts at the tolerance; while the polished
+  /// answer fails the check (is_optimal in kkt.hpp), which knows nothing of OSQP, it goes on with a
+  /// tenth. kKktFailed when 4000 iterations did not bring an answer that passes.
   QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
 
   /// The next solve starts cold.
@@ -33,13 +36,14 @@ class CondensedOsqp {
 
  private:
   bool fill(const QpProblem& problem) noexcept;
-  void read(const QpProblem& problem, QpSolution& solution) const noexcept;
+  bool read(const QpProblem& problem, QpSolution& solution) noexcept;
 
   double tolerance_;
   int inputs_ = 0;
   int rows_ = 0;
   RowPattern pattern_ = RowPattern::kFull;
   OsqpWorkspace workspace_;
+  Polisher polisher_;
   InputVector row_scale_;
   double objective_scale_ = 1.0;
 };

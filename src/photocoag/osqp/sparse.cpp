@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/qp/kkt.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -70,7 +72,7 @@ Coordinates shares_of_peak(const ReducedModel& model, double power_max) {
 
 SparseOsqpController::SparseOsqpController(const ReducedModel& model,
                                            const ControlSettings& settings, SparseForm form)
-    : ocp_(model, settings) {
+    : form_(form), ocp_(model, settings) {
   const Eigen::MatrixXd same = Eigen::MatrixXd::Identity(model.order(), model.order());
   const Coordinates coordinates = form == SparseForm::kModelStates
                                       ? Coordinates{.to = same, .from = same}
@@ -80,7 +82,7 @@ SparseOsqpController::SparseOsqpController(const ReducedModel& model,
   output_ = coordinates.from.transpose() * Eigen::VectorXd(model.C_peak);
   share_.setZero(model.order());
   set_up();
-  if (form != SparseForm::kPrepared) return;
+  if (form == SparseForm::kUnprepared || form == SparseForm::kModelStates) return;
   // The cold eye at some alpha: from here on every answer has a neighbour to start from.
   const StateVector cold = StateVector::Zero(model.order());
   for (int k = 0; k < 2; ++k) solve(cold, input_at(model, kSetUpAlpha), 0, 0.0);
@@ -134,15 +136,42 @@ void SparseOsqpController::set_up() {
 
 MpcResult SparseOsqpController::solve(const StateVector& state, const StateVector& input,
                                       long long cycle, double previous_power) noexcept {
+  MpcResult result;
+  result.power_reference = ocp_.steady_power(input, cycle);
+  const double previous = cycle == 0 ? result.power_reference : previous_power;
+  ocp_.condense({.state = state,
+                 .input = input,
+                 .cycle = cycle,
+                 .power_reference = result.power_reference,
+                 .previous_power = previous},
+                problem_);
+  fill(state, input, cycle, result.power_reference, previous);
+  QpStatus status = examine(problem_);
+  if (status == QpStatus::kSolved) {
+    if (form_ == SparseForm::kPrepared) {
+      status = workspace_.solve_checked(new_weights_, true, [this] { return read(); });
+    } else {
+      status = workspace_.solve(new_weights_, true);
+      if (status == QpStatus::kSolved) read();  // OSQP's powers, whatever the check says
+    }
+    result.iterations = workspace_.iterations();
+  }
+  result.solver_status = status;
+  if (status == QpStatus::kKktFailed) result.status = MpcStatus::kKktFailed;
+  if (status != QpStatus::kSolved) return result;
+  result.status = ocp_.limit_relaxed() ? MpcStatus::kRelaxed : MpcStatus::kSolved;
+  result.kkt_residual = solution_.kkt_residual;
+  result.limit_active = (solution_.row_multiplier.array() > 0.0).any();
+  result.power = solution_.power[0] * ocp_.power_max();
+  return result;
+}
+
+void SparseOsqpController::fill(const StateVector& state, const StateVector& input, long long cycle,
+                                double reference, double previous) noexcept {
   const ControlSettings& s = ocp_.settings();
   const int n = static_cast<int>(A_.rows());
   const int inputs = ocp_.inputs();
   const int states = (inputs + 1) * n;
-  MpcResult result;
-  result.power_reference = ocp_.steady_power(input, cycle);
-  const double previous = cycle == 0 ? result.power_reference : previous_power;
-  ocp_.respond({.state = state, .input = input});
-
   SparseProblem& qp = workspace_.problem();
   share_.noalias() = to_shares_ * state;
   for (int i = 0; i < n; ++i) qp.lower[i] = qp.upper[i] = share_[i];
@@ -150,37 +179,44 @@ MpcResult SparseOsqpController::solve(const StateVector& state, const StateVecto
   for (std::size_t e = 0; e < input_entries_.size(); ++e) {
     qp.A.value[input_entries_[e]] = share_[static_cast<Eigen::Index>(e) % n] * s.power_max;
   }
-  bool new_weights = false;
+  new_weights_ = false;
   std::size_t entry = 0;
   for (int k = 0; k < inputs; ++k) {
     const double weight = state_weight(s.state_weight, cycle + k + 1);
-    const double reference = s.reference_at(static_cast<double>(cycle + k + 1) * s.period);
-    new_weights = new_weights || weight != weights_[k];
+    const double target = s.reference_at(static_cast<double>(cycle + k + 1) * s.period);
+    new_weights_ = new_weights_ || weight != weights_[k];
     weights_[k] = weight;
     for (int j = 0; j < n; ++j) {
-      qp.q[(k + 1) * n + j] = -2.0 * weight * reference * output_[j];
+      qp.q[(k + 1) * n + j] = -2.0 * weight * target * output_[j];
       for (int i = 0; i <= j; ++i) {
         qp.P.value[state_entries_[entry++]] = 2.0 * weight * output_[i] * output_[j];
       }
     }
     qp.upper[states + k] = ocp_.peak_limit(k + 1);
-    qp.q[states + k] = -2.0 * s.power_weight * s.power_max * result.power_reference;
+    qp.q[states + k] = -2.0 * s.power_weight * s.power_max * reference;
   }
   qp.q[states] -= 2.0 * s.power_change_weight * s.power_max * previous;
+}
 
-  result.solver_status = workspace_.solve(new_weights, true);
-  result.iterations = workspace_.iterations();
-  // Never read x before the status.
-  if (result.solver_status != QpStatus::kSolved) return result;
-  result.status = ocp_.limit_relaxed() ? MpcStatus::kRelaxed : MpcStatus::kSolved;
-  result.kkt_residual = workspace_.residual();
-  const double* multiplier = workspace_.y() + states;
+// OSQP's powers and multipliers, which are those of the condensed problem too. True: they passed.
+bool SparseOsqpController::read() noexcept {
+  const int inputs = ocp_.inputs();
+  const int states = (inputs + 1) * static_cast<int>(A_.rows());
+  const double* power = workspace_.x() + states;
+  const double* row = workspace_.y() + states;
+  const double* bound = row + inputs;
+  solution_.power.resize(inputs);
+  solution_.bound_multiplier.resize(inputs);
+  solution_.row_multiplier.resize(inputs);
   for (int k = 0; k < inputs; ++k) {
-    result.limit_active = result.limit_active || multiplier[k] > s.osqp_tolerance;
+    solution_.power[k] = std::clamp(power[k], problem_.lower[k], problem_.upper[k]);
+    solution_.bound_multiplier[k] = bound[k];
+    solution_.row_multiplier[k] = std::max(row[k], 0.0);
   }
-  const double least = s.power_min / s.power_max;
-  result.power = std::clamp(workspace_.x()[states], least, 1.0) * s.power_max;
-  return result;
+  if (form_ == SparseForm::kPrepared) return polisher_.polish(problem_, solution_);
+  const KktResidual kkt = evaluate_kkt(problem_, solution_);
+  solution_.kkt_residual = kkt.largest();
+  return is_optimal(kkt);
 }
 
 CondensedOsqpController::CondensedOsqpController(const ReducedModel& model,

@@ -5,7 +5,9 @@
 // in balanced coordinates, so that OSQP's tolerances do not depend on the reduced model's basis; no
 // bound at stage 0, which no input can change; the limit is relaxed as in ocp.hpp; OSQP is set up
 // and run before the treatment, so that the first cycle starts warm (the paper leaves that to
-// future work). Units: SI outside. Real time: as workspace.hpp after construction.
+// future work); the powers are polished and checked on the condensed problem (E20), as every
+// solver's, and OSQP goes on with a finer tolerance where they fail. Units: SI outside. Real time:
+// as workspace.hpp after construction.
 #pragma once
 
 #include "photocoag/mpc/mpc.hpp"
@@ -16,9 +18,10 @@ namespace photocoag {
 
 enum class SparseForm {
   kPrepared,  ///< shares of the peak as states, the cold eye solved before the treatment
-  // For comparison (`bench qp`):
-  kUnprepared,   ///< nothing solved before
-  kModelStates,  ///< nor other states than the reduced model's, whatever their units
+  // For comparison (`bench qp`); a power is what OSQP's own criterion calls solved, unchecked:
+  kOwnCriterion,  ///< as kPrepared
+  kUnprepared,    ///< nothing solved before: the paper's settings
+  kModelStates,   ///< nor other states than the reduced model's, whatever their units
 };
 
 class SparseOsqpController {
@@ -27,7 +30,7 @@ class SparseOsqpController {
   SparseOsqpController(const ReducedModel& model, const ControlSettings& settings,
                        SparseForm form = SparseForm::kPrepared);
 
-  /// As ModelPredictiveController::solve, to settings.osqp_tolerance.
+  /// As ModelPredictiveController::solve; OSQP starts at settings.osqp_tolerance.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,
                   double previous_power) noexcept;
 
@@ -35,13 +38,21 @@ class SparseOsqpController {
 
  private:
   void set_up();
+  void fill(const StateVector& state, const StateVector& input, long long cycle, double reference,
+            double previous) noexcept;
+  bool read() noexcept;
 
+  SparseForm form_;
   OptimalControlProblem ocp_;
   Eigen::MatrixXd to_shares_;  // z = to_shares x
   Eigen::MatrixXd A_;          // of z
   Eigen::VectorXd output_;     // peak = output' z
   StateVector share_;          // scratch
   OsqpWorkspace workspace_;
+  QpProblem problem_;    // condensed
+  QpSolution solution_;  // of the last cycle
+  Polisher polisher_;
+  bool new_weights_ = false;
   std::vector<std::size_t> input_entries_;  // of B in A.value, stage by stage
   std::vector<std::size_t> state_entries_;  // of 2 R0 c c' in P.value, stages 1 … N-1
   InputVector weights_;                     // R0 in P now

@@ -61,19 +61,48 @@ class OsqpWorkspace {
   ///   lower accuracy only; kNumericalFailure: anything else, or data beyond 1e15.
   QpStatus solve(bool new_P, bool new_A) noexcept;
 
+  /// Goes on from the last solve() or refine() with a tenth of its tolerance. kIterationLimit when
+  /// the 4000 iterations of all tries are used up or a tolerance of 1e-10 did not do.
+  /// Precondition: the last status was kSolved.
+  QpStatus refine() noexcept;
+
+  /// solve(), and refine() while there is an answer that `passes` (bool(), reads x and y) refuses.
+  /// kSolved: the last answer passed. kKktFailed: there were answers, and none passed.
+  template <typename Passes>
+  QpStatus solve_checked(bool new_P, bool new_A, Passes&& passes) noexcept {
+    QpStatus status = solve(new_P, new_A);
+    while (has_answer()) {
+      if (passes()) return QpStatus::kSolved;
+      if (status != QpStatus::kSolved) break;
+      status = refine();
+      if (!has_answer()) break;
+    }
+    const bool refused = status == QpStatus::kSolved || status == QpStatus::kIterationLimit;
+    return refused ? QpStatus::kKktFailed : status;
+  }
+
   /// The next solve starts from x = 0, y = 0 and the default step size.
   void forget() noexcept;
 
-  /// Only after kSolved: otherwise OSQP leaves 2143289344 in them.
+  /// True if x and y are an answer, be it an inaccurate one: after kSolved and after
+  /// kIterationLimit of an attempt. Otherwise OSQP leaves 2143289344 in them.
+  bool has_answer() const noexcept { return has_answer_; }
   const double* x() const noexcept;
   const double* y() const noexcept;
-  int iterations() const noexcept;
+  /// Of the last solve() and the refine() after it.
+  int iterations() const noexcept { return iterations_; }
   /// The larger of OSQP's primal and dual residuals, which it compares with its tolerances.
   double residual() const noexcept;
 
  private:
   struct Handle;
+  QpStatus attempt(double tolerance) noexcept;
+
   SparseProblem problem_;
+  double tolerance_ = 1e-3;      // of solve()
+  double last_tolerance_ = 0.0;  // of the last attempt
+  int iterations_ = 0;
+  bool has_answer_ = false;
   std::unique_ptr<Handle> handle_;
 };
 

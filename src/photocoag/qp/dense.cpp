@@ -12,8 +12,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // All relative. Rounding in n' u is some 1e-15 of the row's scale for 49 inputs.
 constexpr double kViolated = 1e-13;    // a constraint is taken up: two orders above rounding
+constexpr double kWide = 10.0;         // a box counts as at most so much larger than u
 constexpr double kFeasible = 1e-9;     // rows that cannot be met better than this are infeasible
-constexpr double kStationary = 1e-11;  // of the terms that cancel; 1e-15 is usual
 constexpr double kDependent = 1e-10;   // sine of the angle (in H^-1) to the span of the active set
 constexpr double kNegligible = 1e-12;  // components of r that may be rounding errors
 constexpr double kPivot = 1e-14;       // Cholesky pivot over the diagonal: below, H is not definite
@@ -76,9 +76,12 @@ QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
   normals_.resize(n, m);
   offsets_.resize(m);
   row_scales_.resize(m);
+  double known = 0.0;
+  for (int i = 0; i < m; ++i) known = std::max(known, std::min(std::abs(problem.limit(i)), z_(i)));
   int count = 0;
   for (int i = 0; i < m; ++i) {
-    if (problem.limit(i) >= d_(i)) continue;
+    const double least = without_reach(z_(i), problem.limit(i)) ? -kLimitRounding * known : d_(i);
+    if (problem.limit(i) >= std::min(least, d_(i))) continue;
     const double scale = std::max(std::abs(problem.limit(i)), z_(i));
     if (!(scale < kInfinity)) return QpStatus::kNumericalFailure;
     for (int j = 0; j < n; ++j) normals_(j, count) = problem.rows(i, j) / scale;
@@ -155,7 +158,7 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
       if (gap > kFeasible) return QpStatus::kInfeasible;
       // Out of step with the proof, or p would have to leave again: only rounding leads here.
       if (!(gap >= -kFeasible) || entering_multiplier_ > 0.0) return QpStatus::kNumericalFailure;
-      relax(std::max(gap, kViolated));  // at least so much, or rounding may bring the conflict back
+      relax(problem, gap);
       refine(problem);
       entering = false;
       continue;
@@ -173,6 +176,20 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
   return QpStatus::kIterationLimit;
 }
 
+// kViolated, or less where the box is far wider than u: of what rounds in a constraint there.
+double DenseSolver::least_counted(const QpProblem& problem, int index) const noexcept {
+  const int n = n_;
+  const double curved = curved_size(problem, u_.data());
+  const auto size = [&](int j) {
+    return std::min(box_scale_(j), kWide * curved / std::sqrt(problem.hessian(j, j)));
+  };
+  if (index < n) return kViolated * size(index) / box_scale_(index);
+  const double* normal = normals_.data() + (index - n) * n;
+  double sum = kWide * std::abs(offsets_(index - n));
+  for (int j = 0; j < n; ++j) sum += std::abs(normal[j]) * size(j);
+  return kViolated * std::min(sum, 1.0);
+}
+
 // The constraint with the largest violation relative to its scale; false if there is none.
 bool DenseSolver::choose_violated(const QpProblem& problem) noexcept {
   const int n = n_;
@@ -182,7 +199,7 @@ bool DenseSolver::choose_violated(const QpProblem& problem) noexcept {
     const double above = u_(j) - problem.upper(j);
     const double below = problem.lower(j) - u_(j);
     const double scaled = std::max(above, below) / box_scale_(j);
-    if (scaled > kViolated && scaled > largest) {
+    if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, j))) {
       largest = scaled;
       entering_ = {j, above > below ? 1.0 : -1.0};
     }
@@ -190,7 +207,7 @@ bool DenseSolver::choose_violated(const QpProblem& problem) noexcept {
   for (int i = 0; i < static_cast<int>(offsets_.size()); ++i) {
     if (is_active_[n + i]) continue;
     const double scaled = dot(normals_.data() + i * n, u_.data(), n) - offsets_(i);
-    if (scaled > kViolated && scaled > largest) {
+    if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, n + i))) {
       largest = scaled;
       entering_ = {n + i, 1.0};
     }
@@ -265,11 +282,15 @@ double DenseSolver::least_violation(const QpProblem& problem) const noexcept {
   return weight > 0.0 ? margin / weight : -kInfinity;
 }
 
-// Raises the limits of the rows in conflict, so that they just have a point in common.
-void DenseSolver::relax(double gap) noexcept {
-  if (entering_.index >= n_) offsets_(entering_.index - n_) += gap;
+// Raises the limits of the rows in conflict, so that they just have a point in common; and by what
+// counts as violated, or rounding may bring the conflict back.
+void DenseSolver::relax(const QpProblem& problem, double gap) noexcept {
+  const auto raise = [&](int index) {
+    offsets_(index - n_) += std::max(gap, least_counted(problem, index));
+  };
+  if (entering_.index >= n_) raise(entering_.index);
   for (int k = 0; k < active_count_; ++k) {
-    if (active_[k].index >= n_ && dual_(k) < 0.0) offsets_(active_[k].index - n_) += gap;
+    if (active_[k].index >= n_ && dual_(k) < 0.0) raise(active_[k].index);
   }
 }
 
@@ -371,9 +392,7 @@ QpStatus DenseSolver::conclude(const QpProblem& problem, QpSolution& solution) c
   }
   const KktResidual kkt = evaluate_kkt(problem, solution);
   solution.kkt_residual = kkt.largest();
-  const bool optimal = kkt.stationarity <= kStationary && kkt.feasibility <= kFeasible &&
-                       kkt.complementarity <= kFeasible;
-  return optimal ? QpStatus::kSolved : QpStatus::kKktFailed;
+  return is_optimal(kkt) ? QpStatus::kSolved : QpStatus::kKktFailed;
 }
 
 }  // namespace photocoag

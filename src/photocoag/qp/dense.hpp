@@ -4,7 +4,8 @@
 //   quadratic programs", Math. Programming 27 (1983) 1-33, steps 0 to 2 of the algorithm.
 // Differences from the source: inequalities read n' u <= b; a constraint enters by a Householder
 //   reflection, which reuses the primal direction; bounds are unit vectors; rows that no u in the
-//   box can violate are left out; rows in conflict by less than 1e-9 are relaxed; the answer is
+//   box can violate are left out, and so are rows without reach (problem.hpp) whose limit is
+//   rounding; rows in conflict by less than 1e-9 are relaxed; the answer is
 //   refined once against H, g and the active set; every answer carries its proof, the KKT
 //   conditions or a vector of Farkas.
 // Units: none. Rows are normalized, and every tolerance is relative to the data, so that scaling
@@ -65,10 +66,11 @@ class DenseSolver {
 
   bool choose_violated(const QpProblem& problem) noexcept;
   double violation(const QpProblem& problem, Constraint c) const noexcept;
+  double least_counted(const QpProblem& problem, int index) const noexcept;
   void evaluate_directions() noexcept;
   DualStep longest_dual_step() const noexcept;
   double least_violation(const QpProblem& problem) const noexcept;
-  void relax(double gap) noexcept;
+  void relax(const QpProblem& problem, double gap) noexcept;
   void add_entering() noexcept;
   void drop(int position) noexcept;
   void refine(const QpProblem& problem) noexcept;

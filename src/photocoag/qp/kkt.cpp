@@ -7,6 +7,8 @@ namespace photocoag {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kStationary = 1e-11;  // of the terms that cancel; 1e-15 is usual
+constexpr double kFeasible = 1e-9;     // as far as rows may be relaxed by DenseSolver
 
 // max(worst, value), but infinity for NaN, and that stays.
 double worse(double worst, double value) noexcept {
@@ -22,6 +24,20 @@ double relative(double value, double scale) noexcept {
 
 double KktResidual::largest() const noexcept {
   return std::max({stationarity, feasibility, complementarity});
+}
+
+double curved_size(const QpProblem& problem, const double* u) noexcept {
+  double size = 0.0;
+  for (int j = 0; j < static_cast<int>(problem.hessian.rows()); ++j) {
+    const double root = std::sqrt(problem.hessian(j, j));
+    size = std::max({size, std::abs(u[j]) * root, std::abs(problem.gradient(j)) / root});
+  }
+  return size;
+}
+
+bool is_optimal(const KktResidual& kkt) noexcept {
+  return kkt.stationarity <= kStationary && kkt.feasibility <= kFeasible &&
+         kkt.complementarity <= kFeasible;
 }
 
 KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept {
@@ -40,30 +56,37 @@ KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) n
   }
   for (int i = 0; i < m; ++i) value[i] = scale[i] = 0.0;
   KktResidual out{0.0, 0.0, 0.0};
+  const double reach = curved_size(problem, u);
+  double size[even(kMaxInputs)];
   // Plain loops: the order of the sums must not depend on where the data lie.
   for (int j = 0; j < n; ++j) {
     const double box = std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
     const double* column = problem.hessian.data() + j * n;
     for (int i = 0; i < n; ++i) residual[i] += column[i] * u[j];
-    for (int i = 0; i < n; ++i) terms[i] += std::abs(column[i]) * box;
+    size[j] = std::min(box, reach / std::sqrt(problem.hessian(j, j)));
+    for (int i = 0; i < n; ++i) terms[i] += std::abs(column[i]) * size[j];
     const double* row = problem.rows.data() + j * m;
     for (int i = 0; i < m; ++i) {
       value[i] += row[i] * u[j];
       scale[i] += std::abs(row[i]) * box;
     }
     double force = 0.0;
-    double size = 0.0;
+    double pressure = 0.0;
     for (int i = 0; i < m; ++i) {
       force += row[i] * row_multiplier[i];
-      size += std::abs(row[i] * row_multiplier[i]);
+      pressure += std::abs(row[i] * row_multiplier[i]);
     }
     residual[j] += force;
-    terms[j] += size;
+    terms[j] += pressure;
   }
   double energy = 0.0;
   for (int j = 0; j < n; ++j) {
     out.stationarity = worse(out.stationarity, relative(std::abs(residual[j]), terms[j]));
-    energy += terms[j] * std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
+    energy += terms[j] * size[j];
+  }
+  double known = 0.0;  // largest limit that matters
+  for (int i = 0; i < m; ++i) {
+    known = std::max(known, std::min(std::abs(problem.limit(i)), scale[i]));
   }
   for (int j = 0; j < n; ++j) {
     const double above = u[j] - problem.upper(j);
@@ -80,11 +103,13 @@ KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) n
       if (l != 0.0) out.complementarity = kInfinity;
       continue;
     }
+    double excess = value[i] - problem.limit(i);
+    if (without_reach(scale[i], problem.limit(i)) && excess <= kLimitRounding * known) excess = 0.0;
     const double row_scale = std::max(scale[i], std::abs(problem.limit(i)));
-    const double excess = value[i] - problem.limit(i);
     out.feasibility = worse(out.feasibility, relative(std::max(excess, 0.0), row_scale));
-    out.complementarity = worse(out.complementarity,
-                                relative(l < 0.0 ? -l * row_scale : std::abs(excess * l), energy));
+    // A row that is exceeded is judged by that alone.
+    const double idle = l < 0.0 ? -l * row_scale : std::max(-excess, 0.0) * l;
+    out.complementarity = worse(out.complementarity, relative(idle, energy));
   }
   return out;
 }

@@ -12,20 +12,28 @@ namespace photocoag {
 /// For lower <= u <= upper, G u <= limit, H u + g + G' l + b = 0, l >= 0, b_j > 0 at upper only and
 /// b_j < 0 at lower only. Infinity where something is not finite.
 struct KktResidual {
-  /// max_j |H u + g + G' l + b|_j over the sum of the absolute terms in it (inputs at box size)
+  /// max_j |H u + g + G' l + b|_j over the sum of the absolute terms in it, with the inputs as
+  /// large as the largest |u_k| sqrt(H_kk) makes them, but not larger than the box
   double stationarity = std::numeric_limits<double>::infinity();
   /// largest violation of a row over max(|limit|, sum_j |G_ij| max(|lower_j|, |upper_j|)), or of a
-  /// bound over max(|lower_j|, |upper_j|)
+  /// bound over max(|lower_j|, |upper_j|); rows without reach as in problem.hpp
   double feasibility = std::numeric_limits<double>::infinity();
   /// max |slack times multiplier|, and a negative l times its row's scale, over the energy: the sum
-  /// over j of the terms of stationarity times the box size
+  /// over j of the terms of stationarity times the inputs there
   double complementarity = std::numeric_limits<double>::infinity();
 
   double largest() const noexcept;
 };
 
+/// How large u is, whatever the box: max_j of |u_j| sqrt(H_jj) and |g_j| / sqrt(H_jj).
+double curved_size(const QpProblem& problem, const double* u) noexcept;
+
 /// Precondition: sizes of `solution` fit `problem`, whose data are finite (examine() in
 /// problem.hpp). Tests: tests/qp/test_kkt.cpp.
 KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept;
+
+/// What every solver's answer must satisfy before a power is written: stationarity to 1e-11,
+/// feasibility and complementarity to 1e-9. A right answer has some 1e-16.
+bool is_optimal(const KktResidual& kkt) noexcept;
 
 }  // namespace photocoag

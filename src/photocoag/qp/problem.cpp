@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "photocoag/core/error.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -17,7 +19,15 @@ bool all_finite(const Matrix& matrix) noexcept {
 
 }  // namespace
 
-void QpProblem::resize(int inputs, int constraints) noexcept {
+void QpProblem::resize(int inputs, int constraints) {
+  if (inputs < 1 || inputs > kMaxInputs || constraints < 0 || constraints > kMaxInputs) {
+    throw Error(
+        {.where = "quadratic program",
+         .problem = "too many or too few inputs or rows",
+         .found = std::to_string(inputs) + " inputs, " + std::to_string(constraints) + " rows",
+         .accepted = "1 to " + std::to_string(kMaxInputs) + " inputs, 0 to " +
+                     std::to_string(kMaxInputs) + " rows"});
+  }
   hessian.resize(inputs, inputs);
   gradient.resize(inputs);
   lower.resize(inputs);
@@ -29,9 +39,9 @@ void QpProblem::resize(int inputs, int constraints) noexcept {
 QpStatus examine(const QpProblem& problem) noexcept {
   const Eigen::Index n = problem.hessian.rows();
   const Eigen::Index m = problem.rows.rows();
-  if (n < 1 || problem.hessian.cols() != n || problem.gradient.size() != n ||
-      problem.lower.size() != n || problem.upper.size() != n || problem.limit.size() != m ||
-      (m > 0 && problem.rows.cols() != n)) {
+  if (n < 1 || n > kMaxInputs || m > kMaxInputs || problem.hessian.cols() != n ||
+      problem.gradient.size() != n || problem.lower.size() != n || problem.upper.size() != n ||
+      problem.limit.size() != m || (m > 0 && problem.rows.cols() != n)) {
     return QpStatus::kNumericalFailure;
   }
   if (!all_finite(problem.hessian) || !all_finite(problem.gradient) || !all_finite(problem.lower) ||

@@ -3,6 +3,7 @@
 // Source: docs/equations.md, condensed form of OCP(n).
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <limits>
 #include <string_view>
@@ -25,9 +26,9 @@ struct QpProblem {
   InputMatrix rows;      ///< G, m x n
   InputVector limit;     ///< m
 
-  /// Sets all sizes; contents are undefined afterwards. No heap.
-  /// Precondition: inputs in 1 … kMaxInputs, constraints in 0 … kMaxInputs.
-  void resize(int inputs, int constraints) noexcept;
+  /// Sets all sizes; contents are undefined afterwards. No heap. Throws Error, with the sizes as
+  /// they were, unless inputs are 1 … kMaxInputs and constraints 0 … kMaxInputs.
+  void resize(int inputs, int constraints);
 };
 
 enum class QpStatus {
@@ -52,8 +53,17 @@ struct QpSolution {
   double kkt_residual = std::numeric_limits<double>::infinity();
 };
 
-/// kSolved if a solver may look at the data; kNumericalFailure if sizes do not match or an entry is
-/// not finite (a limit may be +infinity); kInfeasible if some lower > upper.
+/// A row that no u in the box moves has no scale of its own: where its reach, sum_j |G_ij| max(
+/// |lower_j|, |upper_j|), is this small, its limit counts as 0 down to -kLimitRounding times the
+/// largest min(|limit|, reach) of all rows, which is how exactly such data are known.
+inline bool without_reach(double reach, double limit) noexcept {
+  return reach <= 1e-9 * std::abs(limit);
+}
+inline constexpr double kLimitRounding = 16.0 * std::numeric_limits<double>::epsilon();
+
+/// kSolved if a solver may look at the data; kNumericalFailure if sizes do not match or are above
+/// kMaxInputs, or an entry is not finite (a limit may be +infinity); kInfeasible if some lower >
+/// upper.
 QpStatus examine(const QpProblem& problem) noexcept;
 
 /// The safe answer: every u_j at lower_j (see QpSolution), multipliers 0, no residual.
