@@ -1,6 +1,6 @@
 /* A complete driver for photocoag (docs/devices.md): no hardware behind it, a lump of tissue that
  * warms and cools with one time constant. Replace the parts marked HARDWARE.
- * Settings: "gain=K_per_W tau=seconds fail=open|none", all optional.
+ * Settings: "gain=K_per_W tau=seconds noise=K fail=open|none", all optional.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -18,6 +18,7 @@
 typedef struct {
   double gain;        /* K/W */
   double tau;         /* s */
+  double noise;       /* K, standard deviation of a sample */
   double temperature; /* K */
   double power;       /* W, being emitted */
   double emitted;     /* W, during the last period */
@@ -27,6 +28,7 @@ typedef struct {
   int64_t last_write_ns; /* for the watchdog */
   uint64_t token;        /* of the last write taken */
   uint64_t sequence;
+  uint64_t random; /* state of the noise */
   int interlock_closed;
 } example;
 
@@ -42,6 +44,23 @@ static void sleep_until(int64_t when) {
   }
 }
 
+/* Close to normal, standard deviation 1: the sum of twelve uniform numbers (xorshift64*). */
+static double next_normal(example* e) {
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) {
+    e->random ^= e->random >> 12;
+    e->random ^= e->random << 25;
+    e->random ^= e->random >> 27;
+    sum += (double)((e->random * 2685821657736338717U) >> 11) / 9007199254740992.0;
+  }
+  return sum;
+}
+
+static double setting(const char* settings, const char* name, double otherwise) {
+  const char* found = strstr(settings, name);
+  return found != NULL ? strtod(found + strlen(name), NULL) : otherwise;
+}
+
 static int32_t example_open(void** device, const char* settings, char* message,
                             uint32_t message_size) {
   if (strstr(settings, "fail=open") != NULL) {
@@ -50,12 +69,10 @@ static int32_t example_open(void** device, const char* settings, char* message,
   }
   example* e = calloc(1, sizeof *e);
   if (e == NULL) return PHOTOCOAG_GONE;
-  e->gain = 600.0;
-  e->tau = 0.02;
-  const char* found = strstr(settings, "gain=");
-  if (found != NULL) e->gain = strtod(found + 5, NULL);
-  found = strstr(settings, "tau=");
-  if (found != NULL) e->tau = strtod(found + 4, NULL);
+  e->gain = setting(settings, "gain=", 600.0);
+  e->tau = setting(settings, "tau=", 0.02);
+  e->noise = setting(settings, "noise=", 0.288); /* plant.noise_K: what the self-test looks for */
+  e->random = 1;
   e->interlock_closed = 1; /* HARDWARE: open the card, put 0 W, read the switches */
   *device = e;
   return PHOTOCOAG_GOOD;
@@ -82,8 +99,8 @@ static int32_t example_wait_sample(void* device, int64_t deadline_ns, photocoag_
   e->emitted = e->interlock_closed ? e->power : 0.0;
   const double keep = exp(-(double)e->period_ns * 1e-9 / e->tau);
   e->temperature = keep * e->temperature + (1.0 - keep) * e->gain * e->emitted;
-  sample->volume_temperature = e->temperature;
-  sample->raw = (int64_t)(e->temperature * 1e9);
+  sample->volume_temperature = e->temperature + e->noise * next_normal(e);
+  sample->raw = (int64_t)(sample->volume_temperature * 1e9);
   sample->sequence = ++e->sequence;
   sample->time_ns = e->next_ns;
   sample->saturated = 0;

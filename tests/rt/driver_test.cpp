@@ -63,7 +63,7 @@ Supervisor supervisor_of_the_example() {
 }
 
 TEST(Driver, TheExampleRunsInTheLoopWithoutAllocation) {
-  DriverDevice device(PHOTOCOAG_EXAMPLE_DRIVER, "", kPeriod);
+  DriverDevice device(PHOTOCOAG_EXAMPLE_DRIVER, "noise=0", kPeriod);
   EXPECT_TRUE(device.simulated());
   EXPECT_EQ(device.name(), "example: one time constant");
   ConstantPower controller;

@@ -8,6 +8,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/rt/clock.hpp"
+#include "photocoag/rt/floating_point.hpp"
 
 namespace photocoag {
 namespace {
@@ -29,6 +30,7 @@ bool complete(const photocoag_driver_table& table) noexcept {
 DriverDevice::DriverDevice(const std::string& library, const std::string& settings, double period,
                            bool light_allowed)
     : period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)) {
+  const KeptFloatingPoint kept;  // loading runs code of the library, too
   const auto refuse = [&](std::string problem, std::string found, std::string accepted) {
     if (device_ != nullptr) table_->close(device_);
     if (library_ != nullptr) dlclose(library_);
@@ -76,12 +78,14 @@ DriverDevice::DriverDevice(const std::string& library, const std::string& settin
 }
 
 DriverDevice::~DriverDevice() {
+  const KeptFloatingPoint kept;
   table_->safe_off(device_);
   table_->close(device_);
   dlclose(library_);
 }
 
 DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
+  const KeptFloatingPoint kept;
   photocoag_sample answer{.volume_temperature = std::numeric_limits<double>::quiet_NaN(),
                           .raw = 0,
                           .sequence = 0,
@@ -107,6 +111,7 @@ DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
 }
 
 Readback DriverDevice::readback() noexcept {
+  const KeptFloatingPoint kept;
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   photocoag_readback answer{.power = kUnknown,
                             .command = kUnknown,
@@ -125,11 +130,18 @@ Readback DriverDevice::readback() noexcept {
 }
 
 DeviceStatus DriverDevice::write_power(double power, std::uint64_t token) noexcept {
+  const KeptFloatingPoint kept;
   return status_of(table_->write_power(device_, power, token));
 }
 
-void DriverDevice::heartbeat(std::uint64_t cycle) noexcept { table_->heartbeat(device_, cycle); }
+void DriverDevice::heartbeat(std::uint64_t cycle) noexcept {
+  const KeptFloatingPoint kept;
+  table_->heartbeat(device_, cycle);
+}
 
-void DriverDevice::safe_off() noexcept { table_->safe_off(device_); }
+void DriverDevice::safe_off() noexcept {
+  const KeptFloatingPoint kept;
+  table_->safe_off(device_);
+}
 
 }  // namespace photocoag

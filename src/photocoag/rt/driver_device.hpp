@@ -1,6 +1,7 @@
 // Role: online; a vendor's driver (device/driver.h) as a Device. Used by run, tests.
 // Source: docs/devices.md. Real time: the calls of the loop are noexcept and add no allocation;
-// the constructor allocates and throws. Threads: one owner.
+// the constructor allocates and throws. No call changes the thread's floating-point environment,
+// whatever the library does. Threads: one owner.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,8 @@ namespace photocoag {
 /// Loads the library, checks its table, opens and arms the device; at 0 W until the first write.
 class DriverDevice {
  public:
-  /// Throws Error naming the library and what is wrong with it. Unless `light_allowed` a driver that
-  /// is not simulated is refused before its device is opened.
+  /// Throws Error naming the library and what is wrong with it. Unless `light_allowed` a driver
+  /// that is not simulated is refused before its device is opened.
   DriverDevice(const std::string& library, const std::string& settings, double period,
                bool light_allowed = true);
   ~DriverDevice();

@@ -1,12 +1,14 @@
 // Role: online; what happens when the program breaks a promise: an exception leaves a noexcept
-// function, or std::terminate is called. Used by programs that hold a device.
-// Source: docs/safety.md, row S5. Threads: set once, before the loop.
+// function, std::terminate is called, or a fault of the processor ends the program. Used by
+// programs that hold a device. Source: docs/safety.md, row S5. Threads: set once, before the loop.
 #pragma once
 
 namespace photocoag {
 
-/// From now on std::terminate first calls off(device), then aborts. `off` must not throw, allocate
-/// or lock. Signals that kill at once are the device's watchdog's business.
+/// From now on std::terminate, abort and the signals of faults (SIGFPE, SIGSEGV, SIGBUS, SIGILL)
+/// first call off(device), then end the program as before; a signal that has a handler already
+/// keeps it. `off` must not throw, allocate or lock. A process that is killed is the device's
+/// watchdog's business.
 void set_last_resort(void (*off)(void* device) noexcept, void* device) noexcept;
 
 }  // namespace photocoag

@@ -7,7 +7,8 @@
 
 namespace photocoag {
 
-/// "eye", "eye:SOCKET", "eye+socket[:SOCKET]", "driver:LIBRARY[,SETTINGS]".
+/// "eye", "eye:SOCKET", "eye+socket[:SOCKET]", "driver:LIBRARY[,SETTINGS]". LIBRARY is the longest
+/// part before a comma that is a file: its path may hold commas.
 struct DeviceAddress {
   enum class Kind { kEye, kDriver };
   Kind kind = Kind::kEye;
