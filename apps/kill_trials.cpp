@@ -15,8 +15,9 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/random.hpp"
+#include "photocoag/core/temporary_folder.hpp"
 #include "photocoag/rt/clock.hpp"
-#include "photocoag/rt/eye_device.hpp"
+#include "photocoag/rt/eye_link.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/eye_process.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -52,24 +53,24 @@ class Observer {
  public:
   explicit Observer(const std::string& socket) : memory_(observe_eye(socket)) {}
 
-  std::uint64_t pulses() const { return memory_.pulses.load(std::memory_order_acquire); }
+  std::uint64_t pulses() const { return memory_->pulses.load(std::memory_order_acquire); }
   double power_now() const {
     const std::uint64_t n = pulses();
-    return n == 0 ? 0.0 : memory_.records[(n - 1) % kEyeRing].power_readback;
+    return n == 0 ? 0.0 : memory_->records[(n - 1) % kEyeRing].power_readback;
   }
   /// When the last pulse with light among those since `first` was fired, ns; 0: none.
   std::int64_t last_light(std::uint64_t first) const {
     const std::uint64_t n = pulses();
     std::int64_t last = 0;
     for (std::uint64_t p = std::max(first, n > 2000 ? n - 2000 : 0); p < n; ++p) {
-      const PulseRecord& record = memory_.records[p % kEyeRing];
+      const PulseRecord& record = memory_->records[p % kEyeRing];
       if (record.power_readback > 0.0) last = std::max(last, record.time_ns);
     }
     return last;
   }
 
  private:
-  const EyeSharedMemory& memory_;
+  Mapped<const EyeSharedMemory> memory_;
 };
 
 struct Trial {
@@ -109,12 +110,11 @@ Trial run_trial(Observer& observer, pid_t controller, double moment_ms, bool sto
 
 int kill_trials(const FaultsOptions& options) {
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-  std::string name = (fs::temp_directory_path() / "photocoag-kills-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw Error("no temporary folder");
-  const fs::path folder = name;
-  Config config = for_device(
-      load_config("", {"photoacoustics.baseline_pulses=1000", "safety.real_time=enforce"}),
-      parse_device("eye"));
+  const fs::path folder = make_temporary_folder("photocoag-kills-");
+  Config config =
+      for_device(load_config("", {"photoacoustics.baseline_pulses=1000", "safety.real_time=enforce",
+                                  "photoacoustics.eye_pacing=wall"}),
+                 parse_device("eye"));
   bool strict = true;
   try {
     require_real_time(config);

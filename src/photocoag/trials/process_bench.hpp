@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "photocoag/core/temporary_folder.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
@@ -52,14 +53,10 @@ struct ProcessBench {
 /// A folder that is gone at the end.
 class ScratchFolder {
  public:
-  ScratchFolder() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "photocoag_faults_XXXXXX").string();
-    path_ = mkdtemp(name.data()) == nullptr ? std::filesystem::path() : std::filesystem::path(name);
-  }
+  ScratchFolder() : path_(make_temporary_folder("photocoag-faults-")) {}
   ~ScratchFolder() {
     std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+    std::filesystem::remove_all(path_, ignored);
   }
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
