@@ -135,6 +135,9 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
              treatment.outcome.cycles, treatment.outcome.overruns,
              late > 0 ? fmt::format("{} commands late, ", late) : "", treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  if (treatment.device && treatment.device->lockstep) {
+    fmt::print(stderr, "pacing    {}\n", treatment.device->pacing);
+  }
   if (config.run.goal != Goal::kDuration) {
     fmt::print(stderr, "goal      {}: {:g} ms held, thermal dose {:.3g}\n",
                treatment.outcome.goal_reached ? "reached" : "NOT reached",

@@ -32,6 +32,8 @@ void add_device_commands(CLI::App& app, int& exit_code) {
   add_common(*eye_app, *eye_options);
   eye_app->add_option("--socket", eye_options->socket, "where controllers connect")
       ->type_name("PATH");
+  eye_app->add_option("--owner", eye_options->owner, "end with this process, the parent")
+      ->type_name("PID");
   eye_app->add_flag("--once", eye_options->once, "end when the first controller has gone");
   eye_app
       ->add_option("--fault", eye_options->faults,

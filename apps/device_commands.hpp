@@ -15,6 +15,7 @@ namespace photocoag {
 struct EyeOptions : CommonOptions {
   std::string socket = "photocoag-eye.sock";
   bool once = false;                ///< end with the first controller
+  int owner = 0;                    ///< end with this process, the parent; 0: with none
   std::vector<std::string> faults;  ///< "ID@cycle", or files of them
   std::string tell;                 ///< no eye: send this line to the one at `socket`
 };

@@ -1,6 +1,7 @@
 // `photocoag eye`: a simulated eye with its laser, in a process of its own.
 #include <fmt/format.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <csignal>
@@ -12,7 +13,7 @@
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/eye/eye_server.hpp"
 #include "photocoag/fom/full_order_model.hpp"
-#include "photocoag/rt/eye_device.hpp"
+#include "photocoag/rt/eye_link.hpp"
 #include "photocoag/run/calibration_file.hpp"
 #include "photocoag/run/device_config.hpp"
 
@@ -36,13 +37,17 @@ int eye_command(const EyeOptions& options) {
                  .noise = config.plant.noise * std::sqrt(static_cast<double>(per_period)),
                  .noise_kind = config.photoacoustics.eye_noise,
                  .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
+                 .power_max = config.control.power_max,
                  .seed = config.run.seed},
                 faults);
   stop_on_signals({SIGTERM, SIGHUP});
-  if (options.once) {
+  if (options.owner != 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != options.owner) return 0;  // it has gone already
+  }
+  if (options.once || options.owner != 0) {
     // Ctrl-C is the controller's business: the eye ends when it has gone, whatever way.
     signal(SIGINT, SIG_IGN);
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
   } else {
     stop_on_signals({SIGINT});
     fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);

@@ -114,6 +114,7 @@ pulse_period_ms  = 0.1
 baseline_pulses  = 2000
 eye_calibration  = ""
 eye_noise        = "temperature"
+eye_pacing       = "auto"
 
 [run]
 duration_ms = 250.0

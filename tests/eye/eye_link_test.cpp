@@ -9,60 +9,15 @@
 #include <optional>
 #include <thread>
 
+#include "eye/running_eye.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/eye/eye_server.hpp"
 #include "photocoag/rt/clock.hpp"
-#include "photocoag/rt/eye_device.hpp"
 #include "photocoag/rt/eye_socket.hpp"
 #include "support/heap_guard.hpp"
-#include "support/reduced_models.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/thrown.hpp"
 
 namespace photocoag::testing {
 namespace {
-
-constexpr double kPulsePeriod = 5e-4;  // s: slow, for busy machines
-constexpr double kPeriod = 5e-3;
-
-class RunningEye {
- public:
-  explicit RunningEye(bool once = false)
-      : eye_(coarse_full_model(), 1.1, GrueneisenCurve(water_like_curve()),
-             {.pulse_period = kPulsePeriod}, script_) {
-    thread_ = std::thread([this, once] {
-      statistics_ =
-          serve_eye({.socket = socket(), .once = once}, eye_, script_, kPulsePeriod, stop_);
-      ended_ = true;
-    });
-    while (!std::filesystem::exists(socket())) std::this_thread::yield();
-  }
-  ~RunningEye() { end(); }
-  void end() {
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-  bool ended_by_itself() {
-    for (int i = 0; i < 1000 && !ended_; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return ended_;
-  }
-  std::string socket() const { return folder_.file("eye"); }
-  const EyeStatistics& statistics() const { return statistics_; }
-  EyeLinkSettings link(EyeTransport transport) const {
-    return {.socket = socket(), .transport = transport, .period = kPeriod, .patience = 400.0};
-  }
-
- private:
-  TemporaryFolder folder_;
-  FaultScript script_;
-  PulsedEye eye_;
-  std::atomic<bool> stop_{false};
-  std::atomic<bool> ended_{false};
-  EyeStatistics statistics_;
-  std::thread thread_;
-};
 
 class BothTransports : public ::testing::TestWithParam<EyeTransport> {};
 INSTANTIATE_TEST_SUITE_P(EyeLink, BothTransports,
@@ -146,7 +101,8 @@ TEST_P(BothTransports, ASecondControllerIsRefusedAndALaterOneWelcome) {
 
 TEST_P(BothTransports, SafeOffAndTheEndOfTheConnectionAreDark) {
   RunningEye eye;
-  const EyeSharedMemory& seen = observe_eye(eye.socket());
+  const Mapped<const EyeSharedMemory> memory = observe_eye(eye.socket());
+  const EyeSharedMemory& seen = *memory;
   const auto dark = [&] {
     // Three pulses from now on at the latest.
     const std::uint64_t now = seen.pulses.load();
@@ -169,10 +125,7 @@ TEST_P(BothTransports, SafeOffAndTheEndOfTheConnectionAreDark) {
     }
     EXPECT_FALSE(closed);
   }
-  for (int tries = 0; tries < 1000; ++tries) {
-    if (tell_eye(eye.socket(), "status").find("attached=0") != std::string::npos) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  eye.wait_until_free();
   {
     EyeDevice device(eye.link(GetParam()));
     device.begin(10);

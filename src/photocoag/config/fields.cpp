@@ -259,7 +259,10 @@ void add_photoacoustics(PhotoacousticSettings& s, std::vector<Field>& list) {
        Field{key("eye_calibration"), TextField{&s.eye_calibration, true},
              "the simulated eye's true curve; empty: that of calibration"},
        word(key("eye_noise"), s.eye_noise, {"temperature", "voltage"},
-            "of the simulated eye: the same in K, or in volts (plant.noise_K at 2.6 uJ, cold)")});
+            "of the simulated eye: the same in K, or in volts (plant.noise_K at 2.6 uJ, cold)"),
+       word(key("eye_pacing"), s.eye_pacing, {"auto", "wall", "lockstep"},
+            "of the simulated eye's process: by the clock, in lockstep with the controller (real "
+            "time is then not measured), or auto: the clock where both keep it")});
 }
 
 void add_uncertainty(UncertaintySettings& s, std::vector<Field>& list) {

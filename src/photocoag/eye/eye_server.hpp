@@ -15,6 +15,9 @@ struct EyeServerOptions {
   std::string socket;
   bool once = false;      ///< end when the first controller has gone
   int foreign_core = -1;  ///< the controller's own: no pulse is made there
+  /// s of wall time that a controller in lockstep may take for a period; then the eye follows the
+  /// clock again, and its watchdog does what it does.
+  double lockstep_patience = 10.0;
 };
 
 /// Serves until `stop`, or as `once` says. Throws Error before the first pulse only.

@@ -16,6 +16,16 @@ std::string to_text(const EyeStatistics& s) {
       s.pulses, s.late, s.watchdog, s.scheduling, s.work.quantile_us(0.5), s.work.quantile_us(0.99),
       s.work.quantile_us(0.999), s.work.max_us(), s.answer.quantile_us(0.5),
       s.answer.quantile_us(0.99), s.answer.max_us(), s.peak_mean_max, s.peak_pulse_max);
+  if (s.refused > 0) {
+    fmt::format_to(std::back_inserter(text), "refused   {} commands beyond {:g} W: 0 W instead\n",
+                   s.refused, s.power_max);
+  }
+  if (s.lockstep > 0) {
+    fmt::format_to(
+        std::back_inserter(text),
+        "lockstep  {} of these pulses waited for the controller: not late by any clock\n",
+        s.lockstep);
+  }
   constexpr std::size_t kWidth = 10;  // us per line
   const auto line = [&text](std::size_t first, const std::string& to, std::uint64_t count) {
     if (count == 0) return;

@@ -20,6 +20,9 @@ struct EyeStatistics {
   std::uint64_t pulses = 0;
   std::uint64_t late = 0;       ///< answered after the next pulse was due
   std::uint64_t watchdog = 0;   ///< pulses at 0 W though a command above 0 W was the last one
+  std::uint64_t refused = 0;    ///< commands beyond the laser's limit
+  std::uint64_t lockstep = 0;   ///< pulses in lockstep with a controller; not timed
+  double power_max = 0.0;       ///< W, that limit
   double peak_mean_max = 0.0;   ///< K
   double peak_pulse_max = 0.0;  ///< K
   std::string scheduling;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <map>
@@ -78,6 +79,16 @@ ScriptedFault parse_fault(const std::string& text, const std::string& where) {
     refuse("a bad value");
   }
   return fault;
+}
+
+bool takes_wall_time(const ScriptedFault& fault) noexcept {
+  return fault.fault == EyeFault::kLate || fault.fault == EyeFault::kVanish;
+}
+
+bool FaultScript::takes_wall_time() const noexcept {
+  const std::size_t count = count_.load(std::memory_order_acquire);
+  return std::any_of(faults_.begin(), faults_.begin() + static_cast<std::ptrdiff_t>(count),
+                     [](const ScriptedFault& fault) { return photocoag::takes_wall_time(fault); });
 }
 
 bool FaultScript::add(const ScriptedFault& fault) noexcept {

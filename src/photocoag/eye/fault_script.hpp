@@ -38,6 +38,9 @@ struct ScriptedFault {
 /// wrong; `where` is the file or option it came from.
 ScriptedFault parse_fault(const std::string& text, const std::string& where);
 
+/// Late answers and an eye that ends (T1, A4) are faults in wall time.
+bool takes_wall_time(const ScriptedFault& fault) noexcept;
+
 /// Faults can be added while the eye runs.
 class FaultScript {
  public:
@@ -46,6 +49,7 @@ class FaultScript {
   bool add(const ScriptedFault& fault) noexcept;
   /// The fault of that kind that is active in this cycle, or nullptr.
   const ScriptedFault* active(EyeFault fault, std::uint64_t cycle) const noexcept;
+  bool takes_wall_time() const noexcept;  ///< any of them
 
  private:
   std::array<ScriptedFault, kMost> faults_{};

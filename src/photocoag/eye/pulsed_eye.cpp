@@ -22,10 +22,12 @@ void PulsedEye::attach() noexcept {
   dark();
   interlock_open_ = false;
   treating_ = false;
+  seen_ = 0;
 }
 
 void PulsedEye::dark() noexcept {
   power_ = 0.0;
+  refused_ = false;
   pulses_without_token_ = UINT64_MAX / 2;
 }
 
@@ -40,9 +42,10 @@ double PulsedEye::decide_power(const EyeOrders& orders) noexcept {
     tokens_ = orders.tokens;
     pulses_without_token_ = 0;
   }
+  if (!deaf) seen_ = orders.seen;
   if (orders.take && !deaf) {
-    // Not a number, or beyond what such a laser has, is no command.
-    power_ = orders.power >= 0.0 && orders.power <= 1.0 ? orders.power : 0.0;
+    refused_ = !takes(orders.power);
+    power_ = refused_ ? 0.0 : orders.power;
   }
   if (orders.safe_off) interlock_open_ = true;
   const auto two_periods = 2 * static_cast<std::uint64_t>(orders.pulses_per_period);
@@ -66,10 +69,10 @@ void PulsedEye::fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders&
   energy_ = power * settings_.pulse_period * fluctuation;
   record.number = number;
   record.time_ns = due_ns;
-  record.tokens = tokens_;
+  record.tokens = seen_;
   record.power_readback = power;
   record.period_power = power_;
-  record.flags = interlock_open_ ? kEyeInterlock : 0U;
+  record.flags = (interlock_open_ ? kEyeInterlock : 0U) | (refused_ ? kEyeRefused : 0U);
   answer(number, energy_, record);
   if (treating_) spoil(orders, record);
 }

@@ -23,6 +23,7 @@ struct PulsedEyeSettings {
   double energy_fluctuation = 0.01;             ///< relative, of each pulse
   double energy_meter = 0.002;                  ///< relative error of the meter
   double arrival_jitter = 1.5;                  ///< converter samples
+  double power_max = 1.0;                       ///< W; more is refused: 0 W
   double codes_per_joule = 3000.0 / 2.6e-6;     ///< of cold tissue
   std::uint64_t seed = 1;
 };
@@ -31,7 +32,8 @@ struct PulsedEyeSettings {
 struct EyeOrders {
   double power = 0.0;        ///< W, of the running control period, if `fresh` since the last
   bool take = false;         ///< a command is in force for this period
-  std::uint64_t tokens = 0;  ///< counted up with each command that arrives
+  std::uint64_t tokens = 0;  ///< counted up with each command that feeds the watchdog
+  std::uint64_t seen = 0;    ///< token of the last command that has arrived
   bool safe_off = false;
   int pulses_per_period = 1;
   std::uint64_t begin = UINT64_MAX;  ///< control period of the treatment's cycle 0
@@ -61,6 +63,12 @@ class PulsedEye {
   /// K, normalised: what the next pulse will hear.
   double volume_before() const noexcept { return tissue_.before().volume; }
   std::size_t states() const noexcept { return tissue_.states(); }
+  double power_max() const noexcept { return settings_.power_max; }
+  /// A power that such a laser takes: a number from 0 to its limit.
+  bool takes(double power) const noexcept {
+    constexpr double kRounding = 1e-9;
+    return power >= 0.0 && power <= settings_.power_max * (1.0 + kRounding);
+  }
 
  private:
   const ScriptedFault* active(EyeFault fault) const noexcept;
@@ -79,6 +87,8 @@ class PulsedEye {
   double energy_ = 0.0;  // of the pulse in flight
   std::uint64_t number_ = 0;
   std::uint64_t tokens_ = 0;
+  std::uint64_t seen_ = 0;
+  bool refused_ = false;  // the command in force
   std::uint64_t pulses_without_token_ = UINT64_MAX / 2;
   bool interlock_open_ = false;
   bool treating_ = false;    // from its cycle 0 on

@@ -16,6 +16,12 @@ enum class PulseNoise {
   kVoltage,      ///< the same in volts: plant.noise_K holds at 2.6 uJ in cold tissue
 };
 
+enum class EyePacing {
+  kAuto,      ///< the wall clock where eye and controller keep it, else lockstep
+  kWall,      ///< the wall clock
+  kLockstep,  ///< a pulse when the controller has answered: real time is not measured
+};
+
 inline constexpr double kNoiseReferenceEnergy = 2.6e-6;  ///< J, of PulseNoise::kVoltage
 
 struct PhotoacousticSettings {
@@ -25,6 +31,7 @@ struct PhotoacousticSettings {
   int baseline_pulses = 2000;   ///< of cold tissue before a treatment; 16 to 100,000
   std::string eye_calibration;  ///< the simulated eye's true curve; empty: the same
   PulseNoise eye_noise = PulseNoise::kTemperature;
+  EyePacing eye_pacing = EyePacing::kAuto;  ///< of the simulated eye; no driver looks at it
   bool operator==(const PhotoacousticSettings&) const = default;
 };
 

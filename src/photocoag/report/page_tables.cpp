@@ -229,7 +229,11 @@ std::string summary_section(const RunLog& log, const RunSummary& summary, const 
 }
 
 std::string timing_section(const RunSummary& summary, const FigureColumn& histograms) {
-  if (summary.timing.empty()) return {};
+  if (summary.timing.empty()) {
+    if (!summary.device || summary.device->pacing.empty()) return {};
+    return "<section><h2>Timing</h2>\n<p>The simulated eye was paced " +
+           escape_html(summary.device->pacing) + ".</p></section>\n";
+  }
   std::vector<std::string> columns;
   for (const RunSummary::Timing& row : summary.timing)
     for (const auto& [name, value] : row.values)

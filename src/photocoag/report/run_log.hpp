@@ -63,6 +63,7 @@ struct RunSummary {
     std::string name;
     std::optional<std::int64_t> late_commands;
     std::optional<double> pulse_peak_true_max_K;  ///< right after a pulse
+    std::string pacing;                           ///< of a simulated eye, in words
   };
   std::optional<Device> device;
   /// The optional object "thermal_dose": parameter set and Arrhenius integral at the peak.

@@ -138,6 +138,7 @@ std::optional<RunSummary::Device> read_device(const Json& object, const std::str
   const Reader reader(*found, where + ": device");
   RunSummary::Device device;
   device.name = reader.text("name").value_or("");
+  if (reader.has("pacing")) device.pacing = reader.text("pacing").value_or("");
   if (reader.has("late_commands")) device.late_commands = reader.count("late_commands");
   if (reader.has("pulse_peak_true_max_K")) {
     device.pulse_peak_true_max_K = reader.number("pulse_peak_true_max_K");

@@ -12,7 +12,7 @@
 #include "photocoag/core/outputs.hpp"
 #include "photocoag/device/device.hpp"
 #include "photocoag/photoacoustics/thermometer.hpp"
-#include "photocoag/rt/eye_protocol.hpp"
+#include "photocoag/rt/eye_link.hpp"
 
 namespace photocoag {
 
@@ -22,6 +22,8 @@ struct EyeLinkSettings {
   double period = 1e-3;   ///< s, control
   int delay = 0;          ///< periods from a sample to the power computed from it
   double patience = 1.5;  ///< control periods that a sample may be late before it is missing
+  /// s of wall time that an eye in lockstep may need for a period before its sample is missing
+  double lockstep_patience = 10.0;
 };
 
 /// The truth of one control period, for evaluation only.
@@ -40,7 +42,13 @@ class EyeDevice {
   EyeDevice& operator=(const EyeDevice&) = delete;
 
   int pulses_per_period() const noexcept { return static_cast<int>(per_period_); }
-  std::uint64_t full_order_states() const noexcept { return states_; }
+  /// What the eye has said of itself.
+  const EyeWelcome& welcome() const noexcept { return link_.welcome(); }
+  /// From now on the eye makes a period's pulses when its sample is waited for, however long the
+  /// controller took; time stamps are of the eye's virtual clock. Before prepare or between two
+  /// treatments. Throws Error if the eye does not agree.
+  void follow_in_lockstep();
+  bool in_lockstep() const noexcept { return lockstep_; }
   /// Collects pulses of the cold eye at 0 W and makes the thermometer. Throws Error. Allocates.
   Baseline prepare(const GrueneisenCurve& curve, const ThermometerSettings& settings, int pulses);
   /// The next control period is cycle 0. Blocks until the one before it ends. Allocates: the truth
@@ -58,30 +66,30 @@ class EyeDevice {
   /// After the loop: one entry per finished period.
   const std::vector<PeriodTruth>& finish_truth() noexcept;
   std::uint64_t late_pulses() const noexcept { return late_; }
+  /// Share of the baseline's pulses that eye or controller were late for.
+  double late_in_baseline() const noexcept { return late_in_baseline_; }
 
  private:
-  bool pump() noexcept;
-  bool wait_for(std::uint64_t pulses, std::int64_t deadline_ns) noexcept;
+  bool wait_for(std::uint64_t pulses, std::int64_t patience_ns) noexcept;
+  bool wait_for_granted(std::uint64_t pulses) noexcept;
   void read_period(std::uint64_t first) noexcept;
   std::uint64_t periods_too_late(std::int64_t age_ns) const noexcept;
   void keep_truth(std::uint64_t period) noexcept;
-  bool record(std::uint64_t number, PulseRecord& out) const noexcept;
   std::int64_t due_ns(std::uint64_t pulse) const noexcept;
 
   EyeLinkSettings settings_;
-  int socket_ = -1;
-  EyeSharedMemory* memory_ = nullptr;  // mapped, or our own copy that the socket fills
-  std::int64_t start_ns_ = 0;
-  std::int64_t pulse_ns_ = 0;
-  std::uint64_t per_period_ = 1;
-  std::uint64_t states_ = 0;
+  EyeLink link_;
+  std::int64_t pulse_ns_;
+  std::uint64_t per_period_;
+  bool lockstep_ = false;
   std::uint64_t first_ = 0;      // period of cycle 0
   std::uint64_t delivered_ = 0;  // cycles
   std::uint64_t written_ = 0;    // commands
   std::uint64_t seen_before_ = 0;
   std::uint64_t late_ = 0;
+  double late_in_baseline_ = 0.0;
   std::int64_t raw_ = 0;
-  bool gone_ = false;
+  bool refused_ = false;  // the eye would not emit what was ordered
   std::optional<PulseThermometer> thermometer_;
   double hottest_ = 0.0;  // K, what the curve can tell
   ThermometerSample last_;
@@ -89,11 +97,5 @@ class EyeDevice {
   std::vector<PeriodTruth> truth_;
 };
 static_assert(Device<EyeDevice>);
-
-/// Sends one line of text to an eye's socket and returns its answer. Throws Error.
-std::string tell_eye(const std::string& socket, const std::string& text);
-
-/// Maps an eye's memory for an observer; it stays mapped until the program ends. Throws Error.
-const EyeSharedMemory& observe_eye(const std::string& socket);
 
 }  // namespace photocoag

@@ -13,17 +13,18 @@
 
 namespace photocoag {
 
-inline constexpr std::uint32_t kEyeMagic = 0x45594531;  // "EYE1"
+inline constexpr std::uint32_t kEyeMagic = 0x45594532;  // "EYE2"
 inline constexpr std::size_t kEyeRing = 2048;           // pulses that the eye remembers
 
 enum class EyeTransport : std::uint32_t { kSharedMemory, kSocket };
 
 enum EyeFlag : std::uint32_t {
-  kEyeLate = 1U << 0U,       ///< answered after the next pulse was due
-  kEyeSilent = 1U << 1U,     ///< no pulse was fired: nothing was measured
-  kEyeInterlock = 1U << 2U,  ///< open
-  kEyeShutter = 1U << 3U,    ///< closed
-  kEyeFootSwitch = 1U << 4U  ///< released
+  kEyeLate = 1U << 0U,        ///< answered after the next pulse was due
+  kEyeSilent = 1U << 1U,      ///< no pulse was fired: nothing was measured
+  kEyeInterlock = 1U << 2U,   ///< open
+  kEyeShutter = 1U << 3U,     ///< closed
+  kEyeFootSwitch = 1U << 4U,  ///< released
+  kEyeRefused = 1U << 5U      ///< the command in force was beyond the laser's limit: 0 W
 };
 
 /// The eye's answer to one pulse. Nothing in it that a real device could not know.
@@ -49,33 +50,49 @@ struct PulseTruth {
 static_assert(std::is_trivially_copyable_v<PulseRecord> &&
               std::is_trivially_copyable_v<PulseTruth>);
 
-/// What the shared-memory transport maps; zero-filled at the start. A ring's entry `number` is
-/// valid from the moment `pulses` (or `truths`) exceeds it until kEyeRing pulses later.
+/// What the eye publishes, to its controller and to observers: they can neither write it nor change
+/// its size. Zero-filled at the start. A ring's entry `number` is valid from the moment `pulses`
+/// (or `truths`) exceeds it until kEyeRing pulses later.
 struct EyeSharedMemory {
   std::uint32_t magic;
   std::uint32_t size;
-  std::int64_t start_ns;  ///< when pulse 0 was due
-  // Eye to controller.
+  std::atomic<std::int64_t> start_ns;  ///< when pulse 0 was due, or would have been
   std::atomic<std::uint64_t> pulses;
   std::atomic<std::uint64_t> truths;
   std::atomic<std::uint32_t> gone;  ///< the eye has ended
-  // Controller to eye. Slot (period % 4): the power of that period and of those after it.
+  std::array<PulseRecord, kEyeRing> records;
+  std::array<PulseTruth, kEyeRing> truth;
+};
+
+/// What the attached controller writes with the shared-memory transport: its own, a new one for
+/// each controller, of a size that nobody can change.
+struct EyeOrderMemory {
+  std::uint32_t magic;
+  std::uint32_t size;
+  /// Slot (period % 4): the power of that period and of those after it.
   struct Command {
     std::atomic<double> power;
+    std::atomic<std::uint64_t> token;   ///< 1, 2, …: a new one with each command
     std::atomic<std::uint64_t> period;  ///< + 1; 0: none
   };
   std::array<Command, 4> commands;
-  std::atomic<std::uint64_t> tokens;
   std::atomic<std::uint32_t> safe_off;
-  std::array<PulseRecord, kEyeRing> records;
-  std::array<PulseTruth, kEyeRing> truth;
+  std::atomic<std::uint64_t> granted;  ///< pulses that the eye may make, in lockstep
 };
 static_assert(std::atomic<double>::is_always_lock_free);
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// Messages on the socket (SOCK_SEQPACKET). A first byte of 32 or more begins a line of text: a
 /// command for the eye, answered by text.
-enum class EyeMessageKind : std::uint32_t { kHello = 1, kCommand, kSafeOff, kBegin, kWelcome };
+enum class EyeMessageKind : std::uint32_t {
+  kHello = 1,
+  kCommand,  ///< `power` from `period` on
+  kSafeOff,  ///< 0 W, interlock open
+  kBegin,    ///< the treatment's cycle 0 is `period`; what the eye counts faults from
+  kWelcome,
+  kLockstep,  ///< from now on pulses on grant only; answered by EyeLockstep
+  kGrant      ///< pulses up to `period` (not included) may be made
+};
 
 struct EyeHello {
   EyeMessageKind kind = EyeMessageKind::kHello;
@@ -83,24 +100,40 @@ struct EyeHello {
   std::uint32_t pulses_per_period = 1;
   EyeTransport transport = EyeTransport::kSharedMemory;
 };
-/// With the shared-memory transport the memory's descriptor comes along.
+inline constexpr std::uint32_t kMostPulsesPerPeriod = 1000;
+
+enum EyeAbility : std::uint32_t {
+  kEyeHasPriority = 1U << 0U,  ///< SCHED_FIFO
+  kEyeNeedsWall = 1U << 1U     ///< its faults take wall time
+};
+
+/// With the shared-memory transport two descriptors come along: EyeSharedMemory, EyeOrderMemory.
 struct EyeWelcome {
   EyeMessageKind kind = EyeMessageKind::kWelcome;
   std::uint32_t magic = kEyeMagic;
   std::int64_t start_ns = 0;
   std::int64_t pulse_period_ns = 0;
   std::uint64_t states = 0;  ///< of its full-order model
-  std::uint64_t tokens = 0;  ///< seen before this controller
+  double power_max = 0.0;    ///< W
+  std::uint32_t abilities = 0;
+  std::uint32_t reserved = 0;
 };
-/// kCommand: `power` from `period` on. kBegin: the treatment's cycle 0 is `period`; what the eye
-/// counts faults from. kSafeOff: 0 W, interlock open.
 struct EyeCommand {
   EyeMessageKind kind = EyeMessageKind::kCommand;
   std::uint32_t reserved = 0;
   std::uint64_t period = 0;
   double power = 0.0;
+  std::uint64_t token = 0;
+};
+/// The eye is in lockstep; `pulses` have been made.
+struct EyeLockstep {
+  EyeMessageKind kind = EyeMessageKind::kLockstep;
+  std::uint32_t reserved = 0;
+  std::uint64_t pulses = 0;
 };
 /// Eye to controller with the socket transport: a PulseRecord, or a PulseTruth; told apart by size.
-static_assert(sizeof(PulseRecord) != sizeof(PulseTruth));
+static_assert(sizeof(PulseRecord) != sizeof(PulseTruth) &&
+              sizeof(PulseRecord) != sizeof(EyeLockstep) &&
+              sizeof(PulseTruth) != sizeof(EyeLockstep));
 
 }  // namespace photocoag

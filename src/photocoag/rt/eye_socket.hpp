@@ -1,20 +1,50 @@
-// Role: setup; Unix sockets that carry messages and descriptors. Used by rt and eye.
+// Role: setup; Unix sockets that carry messages and descriptors. Used by rt, eye, run.
+// Source: docs/devices.md, "Transports". A name that begins with @ is in the kernel (abstract) and
+// leaves no file.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstddef>
+#include <span>
 #include <string>
 
 namespace photocoag {
 
-/// A socket (SOCK_SEQPACKET) connected to `path`. Throws Error.
-int connect_to(const std::string& path);
-/// A socket that listens on `path`; an old one there is replaced. Throws Error.
-int listen_on(const std::string& path);
-/// One message, with a descriptor unless it is negative. False if the other side is gone.
-bool send_message(int socket, const void* data, std::size_t size, int descriptor = -1) noexcept;
-/// One message, at most `size` bytes, within `timeout_ms`: its size; 0: closed; -1: none came.
-/// `descriptor`: what came along, else -1.
+inline constexpr long kNoMessage = -1;
+inline constexpr long kMessageTooLong = -2;
+
+/// A socket (SOCK_SEQPACKET) connected to `path` within `timeout_ms`. Throws Error; also if the
+/// server of an abstract name is another user's.
+int connect_to(const std::string& path, int timeout_ms = 5000);
+
+/// A socket that listens; of its file's owner alone (0600), whatever the umask.
+class Listener {
+ public:
+  /// Replaces only a socket that nobody serves. Throws Error.
+  explicit Listener(const std::string& path);
+  /// Removes the file if it is still its own.
+  ~Listener();
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  int socket() const noexcept { return socket_; }
+  /// The next connection of this user or root; negative: none. Others are closed.
+  int accept() const noexcept;
+
+ private:
+  std::string path_;
+  int socket_ = -1;
+  dev_t device_ = 0;
+  ino_t file_ = 0;
+};
+
+/// One message with descriptors, at most two. False if it did not go out.
+bool send_message(int socket, const void* data, std::size_t size,
+                  std::span<const int> descriptors = {}) noexcept;
+/// One message, at most `size` bytes, within `timeout_ms`: its size; 0: closed; kNoMessage;
+/// kMessageTooLong: thrown away. `descriptors`: what came along, -1 for the rest; what has no room
+/// there is closed.
 long receive_message(int socket, void* data, std::size_t size, int timeout_ms,
-                     int* descriptor = nullptr) noexcept;
+                     std::span<int> descriptors = {}) noexcept;
 
 }  // namespace photocoag

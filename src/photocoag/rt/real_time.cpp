@@ -63,6 +63,11 @@ std::string allowed_cores() {
   return text;
 }
 
+int count_allowed_cores() noexcept {
+  cpu_set_t allowed;
+  return sched_getaffinity(0, sizeof(allowed), &allowed) == 0 ? CPU_COUNT(&allowed) : 1;
+}
+
 PageFaults page_faults() noexcept {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);

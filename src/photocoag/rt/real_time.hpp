@@ -31,6 +31,8 @@ void keep_off_core(int core) noexcept;
 
 /// Cores on which this process may run, as text: "0, 1".
 std::string allowed_cores();
+/// How many these are, of the calling thread. Never throws.
+int count_allowed_cores() noexcept;
 
 /// Pages that the calling thread has touched and not found in memory.
 struct PageFaults {

@@ -69,6 +69,13 @@ Config for_device(Config config, const DeviceAddress& device) {
                            .accepted = "\"dense\""});
   }
   if (!device.eye()) return config;
+  if (config.photoacoustics.eye_pacing == EyePacing::kLockstep &&
+      config.safety.real_time == RealTimeMode::kEnforce) {
+    throw Error(ErrorParts{.key = "photoacoustics.eye_pacing",
+                           .problem = "in lockstep there is no real time to enforce",
+                           .found = "lockstep",
+                           .accepted = "\"auto\" or \"wall\" with safety.real_time = \"enforce\""});
+  }
   pulses_per_period(config);
   require_plausible(GrueneisenCurve(load_curve(config.photoacoustics.calibration)), config);
   config.tissue.volume_temperature = VolumeTemperature::kNormalized;

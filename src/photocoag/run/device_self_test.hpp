@@ -48,15 +48,18 @@ SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served
   }
   SelfTestReport report = self_test_of(baseline);
   report.power_at_zero = power_at_zero;
-  write(kLittle);
   double seen = 0.0;
-  double last = std::numeric_limits<double>::quiet_NaN();
-  for (int k = 0; k < 4 + delay; ++k) {
-    wait();
-    last = device.readback().power;
-    seen = std::max(seen, last);
+  // Only where nothing was emitted, for the command came too late, there is another try.
+  for (int tries = 0; tries < 3 && !(seen > 0.0); ++tries) {
+    write(kLittle);
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (int k = 0; k < 4 + delay; ++k) {
+      wait();
+      last = device.readback().power;
+      seen = std::max(seen, last);
+    }
+    report.watchdog_tripped = last == 0.0 && seen > 0.0;
   }
-  report.watchdog_tripped = last == 0.0 && seen > 0.0;
   for (int k = 0; k < 50; ++k) {
     write(0.0);
     wait();

@@ -1,5 +1,6 @@
 #include "photocoag/run/device_treatment.hpp"
 
+#include <fmt/format.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
@@ -15,11 +16,13 @@
 #include "photocoag/rt/continued_device.hpp"
 #include "photocoag/rt/driver_device.hpp"
 #include "photocoag/rt/eye_device.hpp"
+#include "photocoag/rt/eye_link.hpp"
 #include "photocoag/rt/last_resort.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/calibration_file.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/device_self_test.hpp"
+#include "photocoag/run/eye_pacing.hpp"
 #include "photocoag/run/observer.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -47,6 +50,8 @@ struct Surroundings {
   const std::atomic<bool>& stop;
   std::atomic<std::size_t>& progress;
   LogWriter& log;
+  bool priority;  // SCHED_FIFO was granted
+  int cores;      // that the process may use
 };
 
 template <Controlling C, Device D>
@@ -55,13 +60,15 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   const double period = config.control.period;
   Served served;
   constexpr bool kEye = std::is_same_v<D, EyeDevice>;
+  bool timed = true;
+  if constexpr (kEye) timed = !device.in_lockstep();
   if constexpr (kEye) device.begin(0);
   const SelfTestReport report =
       self_test(device, config.control.delay, around.log.healthy(), served);
   const auto loop = [&](auto& supervisor) {
     ContinuedDevice continued(device, kEye ? 0 : served.cycles, served.token, config.cycles(),
                               around.stop);
-    TreatmentObserver observer(period, true, &around.log, GoalWatch(config));
+    TreatmentObserver observer(period, timed, &around.log, GoalWatch(config));
     if constexpr (kEye) device.begin(config.cycles());
     const auto begin = std::chrono::steady_clock::now();
     const PageFaults before = page_faults();
@@ -72,7 +79,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     treatment.goal = observer.goal();
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
     treatment.wall_seconds = wall.count();
-    treatment.timing = continued.timing();
+    if (timed) treatment.timing = continued.timing();
     treatment.records.resize(treatment.outcome.cycles);
   };
   if (!config.safety.supervised) {
@@ -122,12 +129,26 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
                                  .key = "photoacoustics.pulse_period_ms",
                                  .problem = "the eye pulses at another rate"});
   }
+  if (device.welcome().power_max < config.control.power_max * (1.0 - 1e-9)) {
+    throw DeviceError(ErrorParts{.where = "eye",
+                                 .key = "control.power_max_W",
+                                 .problem = "the eye's laser takes less",
+                                 .found = fmt::format("{:g} W", config.control.power_max),
+                                 .accepted = fmt::format("at most {:g} W, of its own configuration",
+                                                         device.welcome().power_max)});
+  }
   set_last_resort([](void* d) noexcept { static_cast<EyeDevice*>(d)->safe_off(); }, &device);
+  EyePace pace;
   of_the_device([&] {
+    pace = choose_pace(config, device.welcome(), around.priority, around.cores);
+    if (pace.lockstep) device.follow_in_lockstep();
     device.prepare(curve, {.ambient_celsius = config.tissue.ambient_celsius},
                    config.photoacoustics.baseline_pulses);
+    if (pace.lockstep) return;
+    pace = pace_after_baseline(config, device.welcome(), device.late_in_baseline());
+    if (pace.lockstep) device.follow_in_lockstep();
   });
-  treatment.full_order_states = device.full_order_states();
+  treatment.full_order_states = device.welcome().states;
   WitnessModel witness = witness_of(config, model);
   see_pulses(witness, pulses, feed);
   BasicController<Mpc> controller(seen_by_pulses(model, pulses, feed), config.control,
@@ -138,7 +159,9 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
                       .pulses_per_period = pulses,
                       .late_pulses = static_cast<std::int64_t>(device.late_pulses()),
                       .pulse_peak_max = 0.0,
-                      .status = {}};
+                      .status = {},
+                      .pacing = pace.describe(),
+                      .lockstep = pace.lockstep};
   try {
     report.status = tell_eye(address.path, "status");
   } catch (const Error&) {
@@ -161,8 +184,8 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
       [&] { place.emplace(address.path, address.settings, config.control.period, strict); });
   DriverDevice& device = *place;
   set_last_resort([](void* d) noexcept { static_cast<DriverDevice*>(d)->safe_off(); }, &device);
-  treatment.device =
-      DeviceReport{.name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}};
+  treatment.device = DeviceReport{
+      .name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
   BasicController<Mpc> controller(model, config.control, config.estimator);
   treat_with(config, controller, device, witness_of(config, model), around, treatment);
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
@@ -182,14 +205,16 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
   }
   const auto log = start_log(config, models, log_folder,
                              device.eye() ? device_name(device) : "driver, " + device.path);
-  const Surroundings around{stop, progress, *log};
   Treatment treatment;
   treatment.records.resize(config.cycles());
   treatment.full_order_states = model.full_order_states;
   std::exception_ptr failure;
+  const int cores = count_allowed_cores();
   std::thread loop([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
-    treatment.scheduling = request_real_time(config.safety.core).describe();
+    const RealTime granted = request_real_time(config.safety.core);
+    treatment.scheduling = granted.describe();
+    const Surroundings around{stop, progress, *log, granted.fifo_priority, cores};
     try {
       if (device.eye()) {
         treat_eye(config, device, model, feed, around, treatment);

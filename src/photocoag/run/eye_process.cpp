@@ -1,27 +1,41 @@
 #include "photocoag/run/eye_process.hpp"
 
+#include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <random>
 #include <thread>
 
+#include "photocoag/rt/eye_socket.hpp"
 #include "photocoag/run/device_address.hpp"
 
 namespace photocoag {
 
+namespace {
+
+bool answers(const std::string& socket) {
+  try {
+    close(connect_to(socket, 0));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
 EyeProcess::EyeProcess(const std::filesystem::path& config_file,
                        const std::vector<std::string>& arguments, bool once)
     : once_(once) {
-  std::string name = (std::filesystem::temp_directory_path() / "photocoag-eye-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw DeviceError(ErrorParts{.problem = "no folder"});
-  folder_ = name;
-  socket_ = folder_ + "/eye";
-  std::vector<std::string> words = {"photocoag",          "eye",      "--config",
-                                    config_file.string(), "--socket", socket_};
+  // A name in the kernel: no folder, nothing left behind by a program that is killed.
+  std::random_device random;
+  socket_ = fmt::format("@photocoag-eye-{}-{:08x}{:08x}", getpid(), random(), random());
+  std::vector<std::string> words = {"photocoag", "eye",   "--config", config_file.string(),
+                                    "--socket",  socket_, "--owner",  std::to_string(getpid())};
   if (once) words.emplace_back("--once");
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -34,7 +48,7 @@ EyeProcess::EyeProcess(const std::filesystem::path& config_file,
   id_ = id;
   constexpr int kPatience = 3000;  // times 10 ms
   for (int i = 0; i < kPatience; ++i) {
-    if (std::filesystem::exists(socket_)) return;
+    if (answers(socket_)) return;
     int status = 0;
     if (waitpid(id_, &status, WNOHANG) == id_) {
       id_ = -1;
@@ -57,8 +71,6 @@ EyeProcess::~EyeProcess() {
     kill(id_, SIGKILL);
     waitpid(id_, nullptr, 0);
   }
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
 }
 
 }  // namespace photocoag

@@ -8,8 +8,9 @@
 
 namespace photocoag {
 
-/// Starts `photocoag eye` with the configuration file for the time of its life. `once`: it ends by
-/// itself with its first controller, else it is asked to.
+/// Starts `photocoag eye` with the configuration file for the time of its life, at an abstract
+/// socket. `once`: it ends by itself with its first controller, else it is asked to; in any case
+/// with this process.
 class EyeProcess {
  public:
   /// Throws DeviceError if it does not come up.
@@ -22,7 +23,6 @@ class EyeProcess {
   int id() const noexcept { return id_; }
 
  private:
-  std::string folder_;
   std::string socket_;
   int id_ = -1;
   bool once_;

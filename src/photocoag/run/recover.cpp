@@ -38,9 +38,14 @@ Treatment treatment_from(const LogContent& log) {
   treatment.recovered = !log.closed || end_is_missing(log);
   const double period = log.header.period;
   if (period > 0.0 && period <= kLongestPeriod) treatment.histograms = CycleHistograms(period);
+  const bool timed =
+      std::any_of(log.records.begin(), log.records.end(),
+                  [](const LogRecord& record) { return record.wake_late != LogRecord::kNoTime; });
+  if (!timed) treatment.histograms = CycleHistograms();  // an eye in lockstep
   for (const LogRecord& record : log.records) {
     treatment.records.push_back(from_log(record));
     treatment.outcome.overruns += record.overrun != 0 ? 1 : 0;
+    if (!timed) continue;
     add(treatment.histograms.wake_late, record.wake_late);
     add(treatment.histograms.compute, record.compute);
     add(treatment.histograms.write, record.write);

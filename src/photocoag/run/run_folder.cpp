@@ -230,7 +230,10 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
                        {"energy_mJ", treatment.outcome.safety.energy * 1e3},
                        {"exposure_ms", treatment.outcome.safety.exposure * 1e3},
                        {"thermal_dose_upper", treatment.outcome.safety.dose}};
-  if (!treatment.scheduling.empty()) {
+  if (treatment.device && treatment.device->lockstep) {
+    summary["scheduling"] = treatment.scheduling;
+    summary["page_faults"] = summary["timing"] = Json();  // not measured
+  } else if (!treatment.scheduling.empty()) {
     summary["scheduling"] = treatment.scheduling;
     summary["page_faults"] = {{"minor", treatment.page_faults.minor},
                               {"major", treatment.page_faults.major}};
@@ -255,6 +258,10 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
                          {"late_commands", treatment.outcome.safety.late_commands},
                          {"pulse_peak_true_max_K", device.pulse_peak_max},
                          {"status", device.status}};
+    if (!device.pacing.empty()) {
+      summary["device"]["lockstep"] = device.lockstep;
+      summary["device"]["pacing"] = device.pacing;
+    }
   }
   write_file(folder / "summary.json", summary.dump(2) + "\n");
 }

@@ -2,6 +2,7 @@
 // trials, tests. Units: SI.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "photocoag/config/config.hpp"
@@ -30,6 +31,9 @@ bool solver_is_exact();
 /// The report of a healthy device whose samples scatter by `noise`, K: where a self-test has been
 /// passed before, or is not what is looked at.
 SelfTestReport passed_self_test(double noise);
+
+/// The items of a self-test that Supervisor::finish_self_test would refuse, each with what to do.
+std::vector<std::string> failed_items(const SelfTestReport& report, double noise);
 
 /// What to tell the user after a failed self-test of a device calibrated to `noise`, K.
 ErrorParts not_ready(const SelfTestReport& report, double noise);

@@ -37,6 +37,8 @@ struct DeviceReport {
   std::int64_t late_pulses = 0;  ///< answered after the next was due
   double pulse_peak_max = 0.0;   ///< K, true, right after a pulse; NaN: not known
   std::string status;            ///< the eye's own counts, as it says them
+  std::string pacing;            ///< of a simulated eye, in words; empty: no such eye
+  bool lockstep = false;         ///< it waited for the controller: real time was not measured
 };
 
 struct Treatment {

@@ -1,0 +1,78 @@
+// Role: simulation; the eye's socket thread: welcomes one controller at a time, answers lines of
+// text, hands observers what the eye publishes. Used by eye_server. Source: docs/devices.md,
+// "Transports". Threads: its own; EyeDesk is what it shares with the pulse thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "photocoag/eye/fault_script.hpp"
+#include "photocoag/rt/eye_protocol.hpp"
+#include "photocoag/rt/eye_socket.hpp"
+#include "photocoag/rt/sealed_memory.hpp"
+
+namespace photocoag {
+
+/// A controller that has been welcomed; handed from the socket thread to the pulse thread.
+struct EyeClient {
+  int socket = -1;
+  std::uint32_t pulses_per_period = 1;
+  Mapped<EyeOrderMemory> orders;  ///< null: commands come through the socket
+};
+
+/// What both threads know.
+struct EyeDesk {
+  EyeSharedMemory* memory = nullptr;
+  int descriptor = -1;  ///< of the memory, for who may read it
+  std::int64_t pulse_ns = 0;
+  std::uint64_t states = 0;
+  double power_max = 0.0;  ///< W
+  std::atomic<bool> priority{false};
+  std::atomic<bool> attached{false};  ///< a client is there or on its way
+  std::atomic<EyeClient*> arriving{nullptr};
+  std::atomic<bool> lockstep{false};
+  std::atomic<bool> cold{false};
+  std::atomic<bool> end{false};
+  // For the "status" line.
+  std::atomic<std::uint64_t> late{0};
+  std::atomic<std::uint64_t> watchdog{0};
+  std::atomic<std::uint64_t> refused{0};  ///< commands beyond power_max
+  std::atomic<std::uint64_t> lit{0};      ///< pulses with light
+  std::atomic<double> work_p50{0.0};
+  std::atomic<double> work_p99{0.0};
+  std::atomic<double> work_max{0.0};
+};
+
+class EyeReception {
+ public:
+  static constexpr std::size_t kMostGuests = 16;  ///< the one that came first makes room
+
+  EyeReception(EyeDesk& desk, FaultScript& faults, const Listener& listener)
+      : desk_(desk), faults_(faults), listener_(listener) {}
+  ~EyeReception();
+  EyeReception(const EyeReception&) = delete;
+  EyeReception& operator=(const EyeReception&) = delete;
+
+  /// Until desk.end.
+  void run();
+
+ private:
+  void let_in();
+  void drop(int guest, bool closing);
+  static void say(int guest, const std::string& text);
+  void serve(int guest);
+  void welcome(int guest, const EyeHello& hello);
+  void answer(int guest, const std::string& text);
+  std::string status() const;
+  void add_fault(int guest, const std::string& text);
+
+  EyeDesk& desk_;
+  FaultScript& faults_;
+  const Listener& listener_;
+  std::vector<int> guests_;  // oldest first
+  EyeClient client_;
+};
+
+}  // namespace photocoag

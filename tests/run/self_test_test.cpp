@@ -1,0 +1,72 @@
+// The words about a self-test and the supervisor's judgement of it are about the same limits.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "photocoag/run/supervision.hpp"
+#include "photocoag/safety/supervisor.hpp"
+
+namespace photocoag::testing {
+namespace {
+
+constexpr double kNoise = 0.288;  // K
+
+bool accepted(const SelfTestReport& report, double noise) {
+  SafetyLimits limits;
+  limits.noise = noise;
+  limits.check_quiet = noise > 0.0 ? 1 : 0;
+  Supervisor supervisor(limits, WitnessModel{});
+  supervisor.power_on();
+  return supervisor.finish_self_test(report);
+}
+
+TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {
+  struct Case {
+    const char* item;
+    std::function<void(SelfTestReport&)> spoil;
+  };
+  const double nan = std::nan("");
+  for (const Case& one : std::initializer_list<Case>{
+           {"samples: 27", [](SelfTestReport& r) { r.samples = 27; }},
+           {"samples: 31", [](SelfTestReport& r) { r.samples = 31; }},
+           {"mean", [](SelfTestReport& r) { r.mean = 0.19; }},
+           {"mean", [&](SelfTestReport& r) { r.mean = nan; }},
+           {"noise", [](SelfTestReport& r) { r.sigma = 2.01 * kNoise; }},
+           {"noise", [](SelfTestReport& r) { r.sigma = 0.49 * kNoise; }},
+           {"power", [](SelfTestReport& r) { r.power_at_zero = 2.1e-3; }},
+           {"watchdog", [](SelfTestReport& r) { r.watchdog_tripped = false; }},
+           {"model", [](SelfTestReport& r) { r.model_matches = false; }},
+           {"solver", [](SelfTestReport& r) { r.solver_exact = false; }},
+           {"log", [](SelfTestReport& r) { r.log_has_room = false; }}}) {
+    SelfTestReport report = passed_self_test(kNoise);
+    EXPECT_TRUE(accepted(report, kNoise));
+    EXPECT_TRUE(failed_items(report, kNoise).empty());
+    one.spoil(report);
+    EXPECT_FALSE(accepted(report, kNoise)) << one.item;
+    const std::vector<std::string> failed = failed_items(report, kNoise);
+    ASSERT_FALSE(failed.empty()) << one.item;
+    EXPECT_TRUE(failed.front().starts_with(one.item)) << failed.front();
+    EXPECT_NE(failed.front().find(';'), std::string::npos) << "what to do: " << failed.front();
+  }
+}
+
+TEST(SelfTest, TheWordsKnowTheSupervisorsLimits) {
+  for (const double noise : {0.0, 0.05, kNoise}) {
+    for (double mean = -0.4; mean < 0.4; mean += 0.011) {
+      for (double sigma = 0.0; sigma < 0.7; sigma += 0.013) {
+        SelfTestReport report = passed_self_test(noise);
+        report.mean = mean;
+        report.sigma = sigma;
+        EXPECT_EQ(accepted(report, noise), failed_items(report, noise).empty())
+            << noise << " " << mean << " " << sigma;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace photocoag::testing
