@@ -32,6 +32,8 @@ class Samples {
     us_.push_back(thread_us() - begin);
   }
 
+  void add(double us) { us_.push_back(us); }
+
   double first() const { return us_.front(); }
   double median() const { return quantile(0.5); }
   double p99() const { return quantile(0.99); }
