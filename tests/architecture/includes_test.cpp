@@ -22,6 +22,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"rom", {"core", "tissue"}},
     {"fom", {"core", "tissue"}},
     {"mor", {"core", "tissue", "rom", "fom"}},
+    // Shares nothing with the models that are held against it.
+    {"crosscheck", {"core", "tissue"}},
     {"estimation", {"core", "rom"}},
     {"qp", {"core"}},
     {"mpc", {"core", "rom", "qp"}},
