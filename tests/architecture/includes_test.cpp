@@ -81,6 +81,35 @@ TEST(Includes, EveryFolderIncludesOnlyWhatTheTableAllows) {
     EXPECT_TRUE(seen.contains(folder)) << folder << " is gone";
 }
 
+// core/types.hpp refuses a program whose Eigen is laid out otherwise: no header with Eigen is without.
+TEST(Includes, WhatUsesEigenIncludesTheCheckOfItsLayout) {
+  const fs::path sources = fs::path(PHOTOCOAG_SOURCE_DIR) / "src";
+  const fs::path check = sources / "photocoag/core/types.hpp";
+  const std::regex include("(?:^|\\n)\\s*#include \"(photocoag/[^\"]+)\"");
+  const auto text = [](const fs::path& file) {
+    std::ifstream stream(file);
+    return std::string{std::istreambuf_iterator<char>(stream), {}};
+  };
+  std::size_t headers = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(sources)) {
+    if (entry.path().extension() != ".hpp") continue;
+    if (text(entry.path()).find("#include <Eigen/") == std::string::npos) continue;
+    std::set<fs::path> reached = {entry.path()};
+    for (std::vector<fs::path> next = {entry.path()}; !next.empty();) {
+      const std::string content = text(next.back());
+      next.pop_back();
+      for (std::sregex_iterator match(content.begin(), content.end(), include), end; match != end;
+           ++match) {
+        const fs::path file = sources / (*match)[1].str();
+        if (reached.insert(file).second) next.push_back(file);
+      }
+    }
+    EXPECT_TRUE(reached.contains(check)) << entry.path();
+    ++headers;
+  }
+  EXPECT_GT(headers, 10U);
+}
+
 TEST(House, NoFindingIsSilencedInTheCode) {
   for (const char* folder : {"src", "apps", "benchmarks", "drivers", "examples", "tools"}) {
     for (const auto& entry :

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/core/types.hpp"
 
 namespace photocoag {
 

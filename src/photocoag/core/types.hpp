@@ -1,8 +1,16 @@
 // Role: online and offline; Eigen types with a bound known at compile time, so that they live on
-// the stack or inside their owner and never on the heap.
+// the stack or inside their owner and never on the heap. Whoever includes this links only if Eigen
+// is laid out as in the library: photocoag's CMake targets see to it, whatever flags a consumer
+// adds.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "photocoag looks for NaN and infinity: no -ffast-math, -Ofast or -ffinite-math-only"
+#endif
 
 namespace photocoag {
 
@@ -25,5 +33,22 @@ using StateVector = BoundedVector<kMaxOrder>;
 using StateMatrix = BoundedMatrix<kMaxOrder, kMaxOrder>;
 using InputVector = BoundedVector<kMaxInputs>;
 using InputMatrix = BoundedMatrix<kMaxInputs, kMaxInputs>;
+
+static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_DEFAULT_ALIGN_BYTES == 64 &&
+                  EIGEN_MALLOC_ALREADY_ALIGNED == 0,
+              "Eigen's alignment is not the library's: link photocoag's CMake targets, or compile "
+              "with the EIGEN_ definitions of photocoag_base");
+static_assert(alignof(StateMatrix) == 16 && alignof(InputVector) == 16);
+
+/// What of the layout of public types depends on a compiler's flags and on Eigen's version.
+template <int EigenWorld, int EigenMajor, int EigenMinor, std::size_t SizeOfIndex,
+          std::size_t SizeOfState, std::size_t SizeOfVector>
+struct Layout {
+  static const char kIsTheLibrarys;  // defined in types.cpp for the library's own, for no other
+};
+using LayoutHere = Layout<EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION,
+                          sizeof(Eigen::Index), sizeof(StateVector), sizeof(std::vector<double>)>;
+/// Another layout than the library's leaves this one undefined, and the program does not link.
+[[gnu::used]] inline const char* const kLayoutChecked = &LayoutHere::kIsTheLibrarys;
 
 }  // namespace photocoag

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "photocoag/core/types.hpp"
+
 namespace photocoag {
 
 /// Solves one block of systems (D - coupling off the diagonal) y = right-hand side, whose LDL'

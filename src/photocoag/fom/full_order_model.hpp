@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "photocoag/core/outputs.hpp"
+#include "photocoag/core/types.hpp"
 #include "photocoag/fom/grid.hpp"
 #include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
@@ -65,8 +66,8 @@ class FullOrderModel {
   FullOrderModel(const Tissue& tissue, Grid grid);
   /// Another tissue on the grid of `standing`, whose modes are reused: only absorption, layer
   /// boundaries, beam and one conductivity for all may differ, not the outer dimensions. Layer
-  /// boundaries need not lie on faces: sources are integrated over the cells. Some 0.3 ms instead of
-  /// the 0.1 s of a diagonalisation. Both must be separable and without perfusion. Throws Error.
+  /// boundaries need not lie on faces: sources are integrated over the cells. Some 0.3 ms instead
+  /// of the 0.1 s of a diagonalisation. Both must be separable and without perfusion. Throws Error.
   FullOrderModel(const FullOrderModel& standing, const Tissue& tissue);
 
   const Tissue& tissue() const noexcept { return tissue_; }

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "photocoag/core/types.hpp"
+
 namespace photocoag {
 
 /// s(alpha) ~ interpolation * s(alpha)[dofs]: exact at the dofs.

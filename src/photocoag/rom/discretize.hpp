@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "photocoag/core/discretization.hpp"
+#include "photocoag/core/types.hpp"
 
 namespace photocoag {
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/types.hpp"
 
 namespace photocoag {
 
