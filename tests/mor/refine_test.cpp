@@ -118,5 +118,23 @@ TEST_F(Refine, SameInputSameBits) {
   EXPECT_EQ(MatrixXd(first.B), MatrixXd(second.B));
 }
 
+// Eight Chebyshev terms at order 6: the sum of squares falls and the largest error rises.
+TEST_F(Refine, IsNotKeptWhereItMakesTheModelWorse) {
+  prepare(Tissue{});
+  const ReductionSettings refined{.parameter_dependence = ParameterDependence::kChebyshev};
+  ReductionSettings projected = refined;
+  projected.refinement = Refinement::kNone;
+  const auto error = [&](const ReducedModel& one) {
+    return response_error(*full, space, kPeriod, Discretization::kZeroOrderHold, one);
+  };
+  EXPECT_GT(error(model(refined)), 2.0 * error(model(projected)));
+  const ReducedModel kept = reduce(full, refined, kPeriod, Discretization::kZeroOrderHold);
+  EXPECT_EQ(kept.refinement, "none");
+  EXPECT_LE(error(kept), error(model(projected)) * (1.0 + 1e-9));
+  // The default gains by it.
+  EXPECT_LT(error(model({})), 2.0 * error(model({.refinement = Refinement::kNone})));
+  EXPECT_EQ(reduce(full, {}, kPeriod, Discretization::kZeroOrderHold).refinement, "output-error");
+}
+
 }  // namespace
 }  // namespace photocoag

@@ -277,6 +277,76 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
   return cost;
 }
 
+namespace {
+
+// Diagonal states driven by one power, and both outputs as their weighted sums.
+struct DiagonalResponse {
+  VectorXd decay;
+  VectorXd gain;  // per W
+  VectorXd to_peak;
+  VectorXd to_volume;
+
+  static DiagonalResponse of(const VectorXd& rates, const VectorXd& input, const VectorXd& peak,
+                             const VectorXd& volume, double period, Discretization how) {
+    DiagonalResponse r{VectorXd(rates.size()), VectorXd(rates.size()), peak, volume};
+    for (Index j = 0; j < rates.size(); ++j) {
+      const Decay a = decay_of(rates[j] * period, how);
+      r.decay[j] = a.value;
+      r.gain[j] = input[j] * a.loss / rates[j];
+    }
+    return r;
+  }
+};
+
+// Largest |error| / largest value of the two outputs while the power is on for `dwell` periods and
+// off for as many, in turn; 0: always on.
+double error_of_run(const DiagonalResponse& full, const DiagonalResponse& reduced,
+                    std::size_t periods, std::size_t dwell) {
+  VectorXd x = VectorXd::Zero(full.decay.size());
+  VectorXd z = VectorXd::Zero(reduced.decay.size());
+  Eigen::Array2d error = Eigen::Array2d::Zero();
+  Eigen::Array2d value = Eigen::Array2d::Zero();
+  for (std::size_t k = 0; k < periods; ++k) {
+    const double power = dwell == 0 || k / dwell % 2 == 0 ? 1.0 : 0.0;
+    x = full.decay.cwiseProduct(x) + power * full.gain;
+    z = reduced.decay.cwiseProduct(z) + power * reduced.gain;
+    const Eigen::Array2d truth(full.to_peak.dot(x), full.to_volume.dot(x));
+    const Eigen::Array2d model(reduced.to_peak.dot(z), reduced.to_volume.dot(z));
+    error = error.max((model - truth).abs());
+    value = value.max(truth.abs());
+  }
+  return (error / value).maxCoeff();
+}
+
+}  // namespace
+
+double response_error(const FullOrderModel& full, const ImpulseSpace& space, double period,
+                      Discretization how, const ReducedModel& model,
+                      const std::vector<double>& betas) {
+  constexpr std::array kAlphas{0.32, 0.41, 0.57, 0.79, 1.08, 1.36, 1.63};
+  constexpr double kDuration = 0.4;                        // s
+  constexpr std::array kDwells{0.0, 0.007, 0.023, 0.061};  // s; 0: constant power
+  const auto periods = static_cast<std::size_t>(std::max(4.0, std::round(kDuration / period)));
+  double worst = 0.0;
+  for (const double beta : betas) {
+    for (const double alpha : kAlphas) {
+      const AbsorptionFactors at{alpha, beta};
+      const VectorXd source = space.axial_source * full.axial_source(at);
+      const VectorXd input = full.input_gain() * source;
+      const auto truth = DiagonalResponse::of(space.rates, input, space.peak, source, period, how);
+      const VectorXd theta = theta_at(model.theta, at);
+      const auto reduced = DiagonalResponse::of(
+          -MatrixXd(model.A).diagonal(), MatrixXd(model.B) * theta, VectorXd(model.C_peak),
+          MatrixXd(model.C_volume).transpose() * theta, period, how);
+      for (const double dwell : kDwells) {
+        const auto held = static_cast<std::size_t>(std::ceil(dwell / period));
+        worst = std::max(worst, error_of_run(truth, reduced, periods, held));
+      }
+    }
+  }
+  return worst;
+}
+
 MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, double period,
                       Discretization how, const ReducedModel& model,
                       const std::vector<double>& betas) {

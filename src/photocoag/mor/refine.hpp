@@ -27,6 +27,14 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
               double period, Discretization how, ReducedModel& model,
               const std::vector<double>& betas = {1.0});
 
+/// Largest error of the peak or the volume output relative to that output's largest value, under
+/// constant power and square waves of three dwell times over 0.4 s, at alphas (with two parameters
+/// at each of `betas`) that are neither trained on nor those of measure_error(): what a refined
+/// model and its projection are compared by. Allocates.
+double response_error(const FullOrderModel& full, const ImpulseSpace& space, double period,
+                      Discretization how, const ReducedModel& model,
+                      const std::vector<double>& betas = {1.0});
+
 /// V, impulse-space size x order, with impulse-space state ~ V * reduced state, for a model that is
 /// no projection: least squares over the same responses, the state's error in the energy norm.
 /// Allocates.
