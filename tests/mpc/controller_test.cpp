@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "mpc/paper_cost.hpp"
+#include "photocoag/loop/controller.hpp"
 #include "photocoag/mpc/mpc.hpp"
 #include "qp/oracle.hpp"
 #include "support/heap_guard.hpp"
@@ -257,6 +258,24 @@ TEST(Mpc, AllocatesNothing) {
     }
     EXPECT_EQ(use, HeapUse{});
     EXPECT_GT(sum, 0.0);
+  }
+}
+
+// The paper: u_prev of the first iteration is u_ref. A delayed controller's first plan is for
+// period 1 and no exception: from 0 W instead it would begin with other powers.
+TEST(Mpc, TheFirstPlanStartsFromTheReferencePowerDelayedOrNot) {
+  for (const int delay : {0, 1}) {
+    ControlSettings settings{.horizon = 5, .power_change_weight = 5e4};
+    settings.delay = delay;
+    const EstimatorSettings estimator;
+    Controller controller(model_1khz(), settings, estimator);
+    const StateVector cold = StateVector::Zero(model_1khz().order());
+    const StateVector input = input_at(model_1khz(), estimator.absorption_initial);
+    Mpc mpc(model_1khz(), settings);
+    const double reference = mpc.ocp().steady_power(input, delay);
+    const double wanted = mpc.solve(cold, input, 1, reference).power;
+    EXPECT_GT(std::abs(wanted - mpc.solve(cold, input, 1, 0.0).power), 1e-4);
+    EXPECT_NEAR(controller.decide().power, wanted, 1e-12) << "delay " << delay;
   }
 }
 

@@ -133,13 +133,20 @@ class BasicController {
     return std::numeric_limits<double>::quiet_NaN();
   }
 
+  // u_prev: what acts in the period before the plan's first one. The first decision has none and
+  // takes u_ref (paper), delayed or not.
+  double previous_power(const StateVector& input) const noexcept {
+    if (decisions_ == 0) return mpc_.ocp().steady_power(input, cycle_ + delay_);
+    return delay_ == 1 ? pending_power_ : previous_power_;
+  }
+
   // From the state at which the new power begins to act: with a delay of one period that is the end
   // of the period that the power decided last is about to heat.
   MpcResult solve() noexcept PHOTOCOAG_NONBLOCKING {
     const StateVector& input = filter_.matrices().input;
     state_ = filter_.state();
     if (delay_ == 1) state_ = (transition_ * state_ + input * pending_power_).eval();
-    const double previous = delay_ == 1 ? pending_power_ : previous_power_;
+    const double previous = previous_power(input);
     if constexpr (requires(const LimitTightening* t) {
                     mpc_.solve(state_, input, cycle_, previous, t);
                   }) {

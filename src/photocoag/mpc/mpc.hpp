@@ -49,8 +49,10 @@ struct MpcResult {
 
 /// What a controller needs for its decisions, whichever solver is behind it.
 template <typename M>
-concept PredictiveController = requires(M mpc, const StateVector& vector, long long cycle,
-                                        double power) {
+concept PredictiveController = requires(M mpc, const M& constant, const StateVector& vector,
+                                        long long cycle, double power) {
+  { constant.ocp() }
+  noexcept->std::same_as<const OptimalControlProblem&>;
   { mpc.solve(vector, vector, cycle, power) }
   noexcept->std::same_as<MpcResult>;
 };
