@@ -60,7 +60,8 @@ struct DiscretizationsOptions : CommonOptions {
 struct SpotsOptions : CommonOptions {
   std::size_t count = 1000;
   SpotRange range;
-  std::string csv;  ///< file for one row per spot; may be empty
+  std::string csv;       ///< file for one row per spot; may be empty
+  bool corners = false;  ///< all extremes of the declared set instead of random spots
 };
 
 struct EstimationOptions : CommonOptions {

@@ -375,12 +375,16 @@ int run_command(int argc, char** argv) {
       ->type_name("a");
   spots_app->add_option("--csv", spots_options.csv, "one row per spot and controller")
       ->type_name("FILE");
+  spots_app->add_flag("--corners", spots_options.corners,
+                      "the robust controller at every combination of the declared extremes, "
+                      "--count treatments each");
   spots_app->footer(
       footer("  photocoag spots\n"
              "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"
              "  photocoag spots --set uncertainty.spot_radius_relative=0.1 --set "
              "uncertainty.thickness_relative=0.1 "
              "--set uncertainty.absorption_relative=0.1\n"
+             "  photocoag spots --corners --count 100 --set uncertainty.thickness_relative=0.1\n"
              "The quantities of [uncertainty] are random too, and the robust controller is told."));
   spots_app->callback([&] { exit_code = spots_command(spots_options); });
 

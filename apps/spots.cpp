@@ -57,6 +57,28 @@ std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& sp
   return text;
 }
 
+// The corners with the highest peaks, and all of them together.
+void print_corners(const std::string& name, std::vector<CornerOutcome> corners) {
+  constexpr std::size_t kShown = 5;
+  std::size_t over = 0;
+  std::size_t worst_over = 0;
+  double held = 0.0;
+  for (const CornerOutcome& corner : corners) {
+    over += corner.over;
+    worst_over = std::max(worst_over, corner.over);
+    held += corner.held_mean / static_cast<double>(corners.size());
+  }
+  std::stable_sort(corners.begin(), corners.end(),
+                   [](const auto& a, const auto& b) { return a.peak_max > b.peak_max; });
+  fmt::print("{}: {} over the limit, at most {} at one corner; held {:.2f} K in the mean\n", name,
+             over, worst_over, held);
+  for (std::size_t i = 0; i < std::min(kShown, corners.size()); ++i) {
+    fmt::print("  {}  {:4} over, highest {:.2f} K (alpha {:.3g}), held {:.2f} K\n", corners[i].name,
+               corners[i].over, corners[i].peak_max, corners[i].peak_max_alpha,
+               corners[i].held_mean);
+  }
+}
+
 }  // namespace
 
 int spots_command(const SpotsOptions& options) {
@@ -71,10 +93,11 @@ int spots_command(const SpotsOptions& options) {
   fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
   const double limit = nominal.control.peak_max;
   fmt::print(
-      "{} spots, alpha {:g} to {:g}, full-order eyes, {:g} ms, N = {}, noise {:g} K, limit {:g} "
+      "{} spots{}, alpha {:g} to {:g}, full-order eyes, {:g} ms, N = {}, noise {:g} K, limit {:g} "
       "K\n",
-      options.count, options.range.alpha_low, options.range.alpha_high,
-      nominal.control.period * 1e3, nominal.control.horizon, nominal.plant.noise, limit);
+      options.count, options.corners ? " at each corner" : "", options.range.alpha_low,
+      options.range.alpha_high, nominal.control.period * 1e3, nominal.control.horizon,
+      nominal.plant.noise, limit);
   if (nominal.uncertainty.declared()) {
     const TissueMargin margin = tissue_margin(robust, model);
     robust = backed_off(robust, margin);
@@ -84,6 +107,13 @@ int spots_command(const SpotsOptions& options) {
         100 * nominal.uncertainty.spot_radius, 100 * nominal.uncertainty.thickness,
         100 * nominal.uncertainty.absorption, robust.control.peak_reference,
         robust.control.peak_max);
+  }
+  if (options.corners) {
+    print_corners("robust", attack_corners(robust, model, options.range, limit, options.count,
+                                           [](std::string_view stage, double f) {
+                                             draw_progress("robust", f, stage);
+                                           }));
+    return 0;
   }
   fmt::print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K",
              "to 95 % ms", "held K", "RMS error K", "alpha %");

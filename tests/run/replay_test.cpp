@@ -8,6 +8,7 @@
 #include "loop/treatments.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/tissue_margin.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {
@@ -32,9 +33,9 @@ Treatment record(const std::filesystem::path& folder, const std::vector<std::str
 TEST(Replay, PowersAreTheSameToTheLastBit) {
   const TemporaryFolder folder;
   ModelStore models(shipped("paper-1khz.toml", kSmall), false);  // no model depends on the extras
-  for (const std::string extra : {"safety.supervisor=on", "safety.supervisor=off",
-                                  "safety.real_time=enforce", "safety.exposure_max_ms=30",
-                                  "plant.noise_K=1"}) {
+  for (const std::string extra :
+       {"safety.supervisor=on", "safety.supervisor=off", "safety.real_time=enforce",
+        "safety.exposure_max_ms=30", "plant.noise_K=1"}) {
     std::vector<std::string> overrides = kSmall;
     overrides.push_back(extra);
     const std::filesystem::path run = folder.path() / extra;
@@ -57,6 +58,20 @@ TEST(Replay, TwoUnknownsToo) {
   }
   record(run, overrides);
   EXPECT_TRUE(replay_run(run, false).same());
+}
+
+TEST(Replay, ARunThatWasBackedOffIsReplayedBackedOff) {
+  const TemporaryFolder folder;
+  std::vector<std::string> overrides = kSmall;
+  overrides.emplace_back("uncertainty.spot_radius_relative=0.1");
+  const Config asked = shipped("paper-1khz.toml", overrides);
+  ModelStore models(asked, false);
+  const TissueMargin margin = tissue_margin(asked, models.reduced());
+  ASSERT_LT(margin.factor, 1.0);
+  const Treatment treatment = treat(backed_off(asked, margin), models);
+  open_run_folder(folder.path() / "run", asked);
+  write_run(folder.path() / "run", asked, treatment);
+  EXPECT_TRUE(replay_run(folder.path() / "run", false).same());
 }
 
 TEST(Replay, AChangedSampleIsSeen) {

@@ -20,6 +20,7 @@
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
+#include "photocoag/run/tissue_margin.hpp"
 
 namespace photocoag {
 namespace {
@@ -123,10 +124,14 @@ std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period)
 }
 
 ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
-  const Config config = load_config((folder / "config.toml").string(), {});
+  const Config asked = load_config((folder / "config.toml").string(), {});
   const std::vector<ReplayCycle> cycles =
-      read_replay((folder / "run.csv").string(), config.control.period);
-  ModelStore models(config, use_cache);
+      read_replay((folder / "run.csv").string(), asked.control.period);
+  ModelStore models(asked, use_cache);
+  // What the run's controller was told: its margin is found again.
+  const Config config = asked.uncertainty.declared()
+                            ? backed_off(asked, tissue_margin(asked, models.reduced()))
+                            : asked;
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
   PulseFeed feed;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <string_view>
 #include <thread>
 
 #include "photocoag/core/random.hpp"
@@ -25,7 +26,9 @@ Tissue random_tissue(const Config& config, std::uint64_t seed) {
   const auto factor = [&](double relative) {
     return 1.0 + draw(seed, next++, -relative, relative);
   };
-  tissue.spot_radius *= factor(u.spot_radius);
+  const double wider = factor(u.spot_radius);
+  tissue.spot_radius *= wider;
+  for (double& beam : tissue.beam_radii) beam *= wider;
   for (Layer& layer : tissue.layers) {
     layer.thickness *= factor(u.thickness);
     if (!layer.scaled_by_alpha) layer.absorption *= factor(u.absorption);
@@ -69,7 +72,84 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
   return outcome;
 }
 
+// Takes numbers until none is left, on all cores; only the calling thread reports.
+void share_out(std::size_t count, std::string_view stage, const Progress& progress,
+               const auto& task) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> done{0};
+  const auto work = [&](const Progress& report) {
+    for (std::size_t i = next++; i < count; i = next++) {
+      task(i);
+      ++done;
+      if (report) report(stage, double(done) / double(count));
+    }
+  };
+  std::vector<std::thread> others;
+  for (unsigned n = 1; n < std::max(1U, std::thread::hardware_concurrency()); ++n) {
+    others.emplace_back(work, Progress{});
+  }
+  work(progress);
+  for (std::thread& other : others) other.join();
+}
+
+// The value that the next bit of `corner` says, and its sign appended to `name`.
+double pushed(double value, double relative, std::size_t& corner, std::string& name) {
+  if (relative == 0.0) return value;
+  const bool up = (corner & 1) != 0;
+  corner >>= 1;
+  name += up ? '+' : '-';
+  return value * (up ? 1.0 + relative : 1.0 - relative);
+}
+
+// Bits of `corner` that are left mean that there are no more corners.
+Tissue corner_tissue(const Config& config, std::size_t& corner, std::string& name) {
+  const UncertaintySettings& u = config.uncertainty;
+  Tissue tissue = config.plant.tissue;
+  const double radius = tissue.spot_radius;
+  tissue.spot_radius = pushed(radius, u.spot_radius, corner, name);
+  for (double& beam : tissue.beam_radii) beam *= tissue.spot_radius / radius;
+  for (Layer& layer : tissue.layers) {
+    layer.thickness = pushed(layer.thickness, u.thickness, corner, name);
+    if (layer.scaled_by_alpha || layer.absorption == 0.0) continue;
+    layer.absorption = pushed(layer.absorption, u.absorption, corner, name);
+  }
+  return tissue;
+}
+
+std::size_t count_corners(const Config& config) {
+  std::string name;
+  std::size_t none = 0;
+  corner_tissue(config, none, name);
+  return std::size_t{1} << name.size();
+}
+
 }  // namespace
+
+std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
+                                          const SpotRange& range, double limit, std::size_t count,
+                                          const Progress& progress) {
+  static_cast<void>(Controller(model, config.control, config.estimator));
+  std::vector<CornerOutcome> outcomes(count_corners(config));
+  share_out(outcomes.size(), "treating corners", progress, [&](std::size_t i) {
+    CornerOutcome& outcome = outcomes[i];
+    std::size_t corner = i;
+    const auto eye = std::make_shared<const FullOrderModel>(
+        corner_tissue(config, corner, outcome.name), config.grid);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint64_t seed = 1 + i * count + k;
+      const double alpha = k == 0   ? range.alpha_high
+                           : k == 1 ? range.alpha_low
+                                    : draw(seed, 0, range.alpha_low, range.alpha_high);
+      const SpotOutcome one = treat_spot(config, model, eye, alpha, limit, seed);
+      outcome.over += one.violations > 0 ? 1 : 0;
+      outcome.held_mean += one.held_mean / static_cast<double>(count);
+      if (one.peak_max <= outcome.peak_max) continue;
+      outcome.peak_max = one.peak_max;
+      outcome.peak_max_alpha = alpha;
+    }
+  });
+  return outcomes;
+}
 
 std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
                                      const SpotRange& range, double limit, std::size_t count,
@@ -79,27 +159,14 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
   const bool same_tissue = !config.uncertainty.declared();
   const auto shared = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
   std::vector<SpotOutcome> outcomes(count);
-  std::atomic<std::size_t> next{0};
-  std::atomic<std::size_t> done{0};
-  // Takes spots until none is left; only the calling thread reports.
-  const auto work = [&](const Progress& report) {
-    for (std::size_t i = next++; i < count; i = next++) {
-      const std::uint64_t seed = i + 1;
-      const auto eye = same_tissue ? shared
-                                   : std::make_shared<const FullOrderModel>(
-                                         random_tissue(config, seed), config.grid);
-      outcomes[i] = treat_spot(config, model, eye, draw(seed, 0, range.alpha_low, range.alpha_high),
-                               limit, seed);
-      ++done;
-      if (report) report("treating spots", double(done) / double(count));
-    }
-  };
-  std::vector<std::thread> others;
-  for (unsigned n = 1; n < std::max(1U, std::thread::hardware_concurrency()); ++n) {
-    others.emplace_back(work, Progress{});
-  }
-  work(progress);
-  for (std::thread& other : others) other.join();
+  share_out(count, "treating spots", progress, [&](std::size_t i) {
+    const std::uint64_t seed = i + 1;
+    const auto eye = same_tissue ? shared
+                                 : std::make_shared<const FullOrderModel>(
+                                       random_tissue(config, seed), config.grid);
+    outcomes[i] = treat_spot(config, model, eye, draw(seed, 0, range.alpha_low, range.alpha_high),
+                             limit, seed);
+  });
   return outcomes;
 }
 

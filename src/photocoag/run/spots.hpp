@@ -36,4 +36,22 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
                                      const SpotRange& range, double limit, std::size_t count,
                                      const Progress& progress = {});
 
+/// Treatments of one corner of the declared set.
+struct CornerOutcome {
+  std::string name;  ///< "-+--…": the signs of spot radius, then of each layer's thickness and,
+                     ///< where alpha does not scale it, absorption
+  std::size_t over = 0;         ///< treatments above the limit
+  double peak_max = 0.0;        ///< K, true, of all of them
+  double peak_max_alpha = 0.0;  ///< of that treatment
+  double held_mean = 0.0;       ///< K, mean over the treatments
+};
+
+/// An adversary: every combination of the declared extremes, `count` treatments each, the first two
+/// at the ends of the range of alpha, the others at random ones, all with noise of their own. Knows
+/// nothing of how the margin was found. Corners in the order of their names' bits; otherwise as
+/// treat_spots.
+std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
+                                          const SpotRange& range, double limit, std::size_t count,
+                                          const Progress& progress = {});
+
 }  // namespace photocoag
