@@ -42,7 +42,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"config",
      {"core", "tissue", "fom", "mor", "estimation", "mpc", "photoacoustics", "safety"}},
     {"run",
-     {"core", "tissue", "fom", "mor", "rom", "qp", "device", "safety", "loop",
+     {"core", "tissue", "fom", "mor", "rom", "crosscheck", "qp", "device", "safety", "loop",
       "photoacoustics", "eye", "rt", "log", "config", "osqp"}},
     // Next to the loop: the log knows the clock, nothing of what it records.
     {"log", {"core", "rt"}},

@@ -71,6 +71,18 @@ void ErrorCertificate::validate() const {
                not_negative(output->sum) && not_negative(output->scale) &&
                not_negative(output->majorant),
            name, "finite numbers, not negative");
+    // No model of a few states is without an error; all errors are no less than those of one sign,
+    // and those of a treatment no more.
+    for (std::size_t i = 0; i < nodes; ++i) {
+      constexpr double kRounding = 1.0 + 1e-9;
+      demand(output->bound[i] > 0.0 && output->scale[i] > 0.0 && output->relative[i] > 0.0 &&
+                 output->bound[i] <= kRounding * output->sum[i] &&
+                 output->treatment_bound[i] <= kRounding * output->bound[i],
+             name, "bounds above 0: of a treatment, of any length, of powers of both signs, in this "
+                   "order");
+    }
+    demand(*std::max_element(output->majorant.begin(), output->majorant.end()) > 0.0, name,
+           "a majorant above 0");
   }
 }
 

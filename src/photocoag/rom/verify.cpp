@@ -11,6 +11,9 @@
 namespace photocoag {
 namespace {
 
+/// Of a certificate: with fewer it has lost what lies between them.
+constexpr std::size_t kLeastNodes = 9;
+
 void demand(bool ok, std::string_view key, std::string_view found, std::string_view accepted) {
   if (ok) return;
   throw Error(ErrorParts{.key = std::string(key),
@@ -87,6 +90,16 @@ void verify_signs(const ReducedModel& model, const Eigen::VectorXd& steady_row, 
 
 void verify(const ReducedModel& model) {
   verify_sizes(model);
+  if (model.certificate) {
+    const std::vector<double>& nodes = model.certificate->absorption_factors;
+    model.certificate->validate();
+    demand(nodes.size() >= kLeastNodes, "certificate.absorption_factors",
+           fmt::format("{} nodes", nodes.size()), fmt::format("at least {}", kLeastNodes));
+    demand(nodes.front() <= model.absorption_min * (1.0 + 1e-9) &&
+               nodes.back() >= model.absorption_max * (1.0 - 1e-9),
+           "certificate.absorption_factors", fmt::format("{} to {}", nodes.front(), nodes.back()),
+           fmt::format("the model's range, {} to {}", model.absorption_min, model.absorption_max));
+  }
   demand(std::isfinite(model.period) && model.period > 0.0, "discrete.period_s",
          fmt::format("{}", model.period), "a time above 0");
   // Implicit Euler turns a fast growth into a decay, so the discrete matrix alone does not tell.

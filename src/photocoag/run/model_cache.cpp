@@ -12,6 +12,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/sha256.hpp"
 #include "photocoag/rom/file.hpp"
+#include "photocoag/run/tissue_reference.hpp"
 
 namespace photocoag {
 namespace {
@@ -46,12 +47,31 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
   return sha256_hex(text).substr(0, 32);
 }
 
-std::optional<ReducedModel> read_cached(const std::string& path) {
+/// What a model in the cache must be, whatever its file's name says.
+struct Wanted {
+  const Tissue& tissue;
+  const ReductionSettings& reduction;
+  double period;
+  Discretization discretization;
+
+  void check(const ReducedModel& model, const EstimatorSettings& estimator) const {
+    if (!(model.tissue == tissue && model.period == period &&
+          model.discretization == discretization && model.order() <= reduction.order)) {
+      throw Error("another model than the file's name says");
+    }
+    check_model(model, tissue, estimator, "");
+  }
+};
+
+std::optional<ReducedModel> read_cached(const std::string& path, const Wanted& wanted,
+                                        const EstimatorSettings& estimator) {
   if (path.empty() || !std::filesystem::exists(path)) return std::nullopt;
   try {
-    return load_reduced_model(path);
+    ReducedModel model = load_reduced_model(path);
+    wanted.check(model, estimator);
+    return model;
   } catch (const Error&) {
-    return std::nullopt;  // damaged: made again, and the file replaced
+    return std::nullopt;  // damaged, or another: made again, and the file replaced
   }
 }
 
@@ -212,28 +232,33 @@ ReducedModel ModelStore::make(const Tissue& tissue, Discretization discretizatio
                      : fmt::format("{}/model-{}.json", folder,
                                    cache_key(tissue, config_.grid, config_.model.reduction,
                                              config_.control.period, discretization));
-  if (std::optional<ReducedModel> cached = read_cached(path)) return *std::move(cached);
+  const Wanted wanted{tissue, config_.model.reduction, config_.control.period, discretization};
+  if (auto cached = read_cached(path, wanted, config_.estimator)) return *std::move(cached);
   ReducedModel model = reduce((this->*full)(), config_.model.reduction, config_.control.period,
                               discretization, progress_);
   write_cached(path, model);
   return model;
 }
 
+ReducedModel ModelStore::load() const {
+  try {
+    return load_reduced_model(config_.model.file);
+  } catch (const Error& error) {
+    ErrorParts parts = error.parts();
+    parts.key = parts.key.empty() ? "model.file" : "model.file: " + parts.key;
+    throw Error(std::move(parts));
+  }
+}
+
 const ReducedModel& ModelStore::reduced() {
   if (reduced_) return *reduced_;
-  if (config_.model.file.empty()) {
-    reduced_ = std::make_unique<ReducedModel>(
-        make(config_.tissue, config_.model.discretization, &ModelStore::model_full));
-  } else {
-    try {
-      reduced_ = std::make_unique<ReducedModel>(load_reduced_model(config_.model.file));
-    } catch (const Error& error) {
-      ErrorParts parts = error.parts();
-      parts.key = parts.key.empty() ? "model.file" : "model.file: " + parts.key;
-      throw Error(std::move(parts));
-    }
-    check_fits(*reduced_, config_);
-  }
+  const std::string& file = config_.model.file;
+  ReducedModel model =
+      file.empty() ? make(config_.tissue, config_.model.discretization, &ModelStore::model_full)
+                   : load();
+  if (!file.empty()) check_fits(model, config_);
+  check_model(model, config_.tissue, config_.estimator, file);
+  reduced_ = std::make_unique<ReducedModel>(std::move(model));
   return *reduced_;
 }
 

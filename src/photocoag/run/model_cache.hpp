@@ -27,7 +27,8 @@ class ModelStore {
   /// The full-order model of the simulated eye: [tissue] with [plant.tissue].
   std::shared_ptr<const FullOrderModel> plant_full();
   /// The controller's reduced model: model.file, or reduced now, or from the cache. Throws Error if
-  /// model.file does not fit the configuration (period, discretization, tissue).
+  /// model.file does not fit the configuration (period, discretization, tissue), or if a model from
+  /// anywhere does not respond as the tissue does (check_model).
   const ReducedModel& reduced();
   /// A reduced model of the simulated eye for plant.model = "reduced", with the plant's
   /// discretization.
@@ -35,6 +36,7 @@ class ModelStore {
   const Config& config() const noexcept { return config_; }
 
  private:
+  ReducedModel load() const;
   ReducedModel make(const Tissue& tissue, Discretization discretization,
                     std::shared_ptr<const FullOrderModel> (ModelStore::*full)());
 

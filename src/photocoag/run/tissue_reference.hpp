@@ -1,0 +1,41 @@
+// Role: setup; what the cross-check says of a configuration's tissue, and the controller's model
+// held against it. Used by run. Source: docs/safety.md ("The cross-check"). Units: SI.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/crosscheck/lags.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// Responses of [tissue] by the cross-check: of the witness's absorptions first, then of those that
+/// models are compared at.
+struct TissueReference {
+  std::vector<AbsorptionFactors> at;
+  std::size_t witnessed = 0;  ///< how many are the witness's
+  crosscheck::LagSums lags;
+};
+
+/// The witness's absorptions: spread evenly in logarithm between the estimator's bounds, alpha at
+/// the beta that the estimator is told, or all pairs, alpha running fastest, if it estimates both.
+std::vector<AbsorptionFactors> witness_absorptions(const EstimatorSettings& estimator);
+
+/// Computed once per tissue, period and bounds in a process (some 0.1 s). Any thread.
+std::shared_ptr<const TissueReference> tissue_reference(const Tissue& tissue,
+                                                        const EstimatorSettings& estimator,
+                                                        double period);
+
+/// Compares the model's step responses with the cross-check in the model's own time scheme, at
+/// several absorptions. Peak and volume temperature must agree at the end of every period of a run
+/// within the model's stated error (up to 25 %) plus 1 % (2 % on the coarsest grid), relative to
+/// the response at the run's end; for ever, within twice that error plus 10 %. A certificate must
+/// not claim less than the errors found. Throws Error otherwise; `where` is where the model comes
+/// from.
+void check_model(const ReducedModel& model, const Tissue& tissue,
+                 const EstimatorSettings& estimator, const std::string& where);
+
+}  // namespace photocoag
