@@ -151,10 +151,15 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
 
 void print_margin(const TissueMargin& margin, const Config& controlled) {
   fmt::print(stderr,
-             "margin    the declared uncertainty brings the peak to {:.2f} K at worst ({})\n"
-             "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K: then {:.2f} K\n",
-             margin.peak_unprotected, margin.worst, margin.factor,
-             controlled.control.peak_reference, controlled.control.peak_max, margin.peak_protected);
+             "margin    of {} eyes the worst reaches {:.2f} K ({})\n"
+             "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K{}: then {:.2f} K\n",
+             margin.eyes, margin.peak_unprotected, margin.worst, margin.factor,
+             controlled.control.peak_reference, controlled.control.peak_max,
+             margin.shares.empty()
+                 ? std::string()
+                 : fmt::format(", in the first period {:.3f} and in the last {:.3f} of that",
+                               margin.shares.front(), margin.shares.back()),
+             margin.peak_protected);
 }
 
 int run(const RunOptions& options, Pacing pacing) {
@@ -191,10 +196,10 @@ int run(const RunOptions& options, Pacing pacing) {
   }
 
   Config controlled = config;
-  if (config.uncertainty.declared()) {
+  if (wants_margin(config)) {
     const TissueMargin margin = tissue_margin(config, model);
     controlled = backed_off(config, margin);
-    print_margin(margin, controlled);
+    if (margin.needed() || config.uncertainty.declared()) print_margin(margin, controlled);
   }
   if (!config.safety.supervised) {
     fmt::print(stderr, "WARNING   no supervisor (safety.supervisor = off)\n");

@@ -98,9 +98,8 @@ int spots_command(const SpotsOptions& options) {
       options.count, options.corners ? " at each corner" : "", options.range.alpha_low,
       options.range.alpha_high, nominal.control.period * 1e3, nominal.control.horizon,
       nominal.plant.noise, limit);
+  robust = told_to_controller(robust, model);
   if (nominal.uncertainty.declared()) {
-    const TissueMargin margin = tissue_margin(robust, model);
-    robust = backed_off(robust, margin);
     fmt::print(
         "tissue off by up to {:g} / {:g} / {:g} % (spot radius / thicknesses / absorption): "
         "robust aims at {:.2f} K, limit {:.2f} K\n",

@@ -77,7 +77,7 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
   SpotModels models;
   ModelStore store(campaign.config, use_cache);
   models.controller = store.reduced();
-  if (campaign.config.uncertainty.declared()) {
+  if (wants_margin(campaign.config)) {
     models.margin = tissue_margin(campaign.config, models.controller);
   }
   if (campaign.config.plant.model == PlantModel::kReduced) {

@@ -43,8 +43,12 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
 
 double OptimalControlProblem::steady_power(const StateVector& input,
                                            long long cycle) const noexcept {
-  return settings_.reference_at(static_cast<double>(cycle) * settings_.period) /
-         steady_row_.dot(input);
+  return reference_at(cycle) / steady_row_.dot(input);
+}
+
+double OptimalControlProblem::reference_at(long long cycle) const noexcept {
+  return settings_.share_at(cycle) *
+         settings_.reference_at(static_cast<double>(cycle) * settings_.period);
 }
 
 void OptimalControlProblem::respond(const OcpData& data) noexcept {
@@ -65,11 +69,12 @@ void OptimalControlProblem::respond(const OcpData& data) noexcept {
     limit_free_[k] = free_[k] + (data.tightening != nullptr ? data.tightening->free[k] : 0.0);
     least_sum += limit_impulse_[k];
     least_[k] = limit_free_[k] + least_sum * least_power;
-    const bool relaxed = least_[k] > settings_.peak_max;
+    const double limit = settings_.share_at(data.cycle + k + 1) * settings_.peak_max;
+    const bool relaxed = least_[k] > limit;
     limit_relaxed_ = limit_relaxed_ || relaxed;
     // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
     // cools, no power above them is left in the stages before.
-    limit_[k] = relaxed ? least_[k] : settings_.peak_max;
+    limit_[k] = relaxed ? least_[k] : limit;
   }
 }
 
@@ -108,10 +113,7 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
     }
   }
   double reference[even(kMaxInputs)];
-  for (int k = 0; k < n; ++k) {
-    reference[k] =
-        settings_.reference_at(static_cast<double>(data.cycle + k + 1) * settings_.period);
-  }
+  for (int k = 0; k < n; ++k) reference[k] = reference_at(data.cycle + k + 1);
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
   for (int j = 0; j < n; ++j) {

@@ -38,7 +38,8 @@ struct OcpData {
 ///      + R2 ((u_0 - u_prev)^2 + sum_{k=1}^{N-2} (u_k - u_{k-1})^2)
 /// s.t. u_min <= u_k <= u_max,  y_k <= max(y_max, y_k at u = u_min),  k = 1 … N-1,
 /// With a tightening the second line holds for f_k + free_k + sum_{j<k} (h'_{k-1-j} +
-/// impulse_{k-1-j}) u_j, h'_i = C_peak A^i input. y_ref may change from stage to stage.
+/// impulse_{k-1-j}) u_j, h'_i = C_peak A^i input. y_ref may change from stage to stage, and both
+/// y_ref and y_max are multiplied by their period's share (ControlSettings::shares).
 /// with y_k = f_k + sum_{j<k} h_{k-1-j} u_j, f_k = C_peak A^k x_0, h_i = C_peak A^i B.
 class OptimalControlProblem {
  public:
@@ -54,6 +55,9 @@ class OptimalControlProblem {
   /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds cycle n's reference for ever.
   double steady_power(const StateVector& input, long long cycle = 0) const noexcept;
 
+  /// y_ref at the end of period `cycle`, K: the configured one times its share.
+  double reference_at(long long cycle) const noexcept;
+
   int inputs() const noexcept { return settings_.horizon - 1; }
   double power_max() const noexcept { return settings_.power_max; }
   const ControlSettings& settings() const noexcept { return settings_; }
@@ -61,7 +65,7 @@ class OptimalControlProblem {
   bool limit_relaxed() const noexcept { return limit_relaxed_; }
   /// Peak at stage k = 1 … N-1 of the last respond() for powers u_min, K.
   double free_response(int stage) const noexcept { return least_[stage - 1]; }
-  /// max(y_max, free_response(k)), K: the limit in force at stage k = 1 … N-1.
+  /// max(share * y_max, free_response(k)), K: the limit in force at stage k = 1 … N-1.
   double peak_limit(int stage) const noexcept { return limit_[stage - 1]; }
 
  private:

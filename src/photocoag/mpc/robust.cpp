@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "photocoag/core/error.hpp"
 
@@ -9,6 +10,14 @@ namespace photocoag {
 namespace {
 
 ErrorCertificate certificate_of(const ReducedModel& model) {
+  // A certificate compares two models sampled alike. Only the exact hold is sampled as the eye is.
+  if (model.discretization != Discretization::kZeroOrderHold) {
+    throw Error(ErrorParts{.key = "model.discretization",
+                           .problem = "control.robust = \"certified\" does not cover the error of "
+                                      "this time scheme",
+                           .found = "\"" + std::string(to_string(model.discretization)) + "\"",
+                           .accepted = "\"zero-order-hold\", or control.robust = \"none\""});
+  }
   if (!model.certificate) {
     throw Error(ErrorParts{.key = "control.robust",
                            .problem = "the reduced model has no proved error bound",

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <string_view>
 
@@ -40,6 +41,12 @@ double ControlSettings::reference_at(double time) const noexcept {
   return reference_values[next - 1] + share * (reference_values[next] - reference_values[next - 1]);
 }
 
+double ControlSettings::share_at(long long period) const noexcept {
+  if (shares.empty()) return 1.0;
+  const auto last = static_cast<long long>(shares.size());
+  return shares[static_cast<std::size_t>(std::clamp(period, 1LL, last) - 1)];
+}
+
 void ControlSettings::validate() const {
   require_between(period * 1e3, 0.05, 100.0, "control.period_ms");
   require(horizon >= 2 && horizon <= 50, "control.horizon", horizon, "an integer from 2 to 50");
@@ -56,6 +63,9 @@ void ControlSettings::validate() const {
   require_between(power_change_weight, 0.0, 1e9, "control.power_change_weight");
   require_between(osqp_tolerance, 1e-6, 0.1, "control.osqp_tolerance");
   require_valid_reference(*this);
+  for (const double share : shares) {
+    require(share > 0.0 && share <= 1.0, "control.shares", share, "above 0, at most 1");
+  }
   require_between(robust_sigma, 0.0, 10.0, "control.robust_sigma");
   require(delay == 0 || delay == 1, "control.delay_cycles", delay, "0 or 1");
   require(solve_every >= 1 && solve_every < horizon, "control.solve_every", solve_every,

@@ -45,9 +45,14 @@ struct ControlSettings {
   int solve_every = 1;
   SolverKind solver = SolverKind::kDense;
   double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
+  /// Share of reference and limit in force at the end of period 1, 2, …, the last one ever after;
+  /// above 0, at most 1; empty: 1. No key: run/tissue_margin finds them.
+  std::vector<double> shares = {};
 
   /// Reference at time t, s. No allocation.
   double reference_at(double time) const noexcept;
+  /// Of reference and limit at the end of `period` = 1, 2, …. No allocation.
+  double share_at(long long period) const noexcept;
 
   /// Throws Error naming the key ("control.…"), the value and the range.
   void validate() const;

@@ -183,7 +183,7 @@ void SparseOsqpController::fill(const StateVector& state, const StateVector& inp
   std::size_t entry = 0;
   for (int k = 0; k < inputs; ++k) {
     const double weight = state_weight(s.state_weight, cycle + k + 1);
-    const double target = s.reference_at(static_cast<double>(cycle + k + 1) * s.period);
+    const double target = ocp_.reference_at(cycle + k + 1);
     new_weights_ = new_weights_ || weight != weights_[k];
     weights_[k] = weight;
     for (int j = 0; j < n; ++j) {

@@ -129,9 +129,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
       read_replay((folder / "run.csv").string(), asked.control.period);
   ModelStore models(asked, use_cache);
   // What the run's controller was told: its margin is found again.
-  const Config config = asked.uncertainty.declared()
-                            ? backed_off(asked, tissue_margin(asked, models.reduced()))
-                            : asked;
+  const Config config = told_to_controller(asked, models.reduced());
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
   PulseFeed feed;

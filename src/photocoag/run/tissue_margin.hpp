@@ -1,9 +1,11 @@
 // Role: setup; how far reference and limit must be backed off so that tissue which differs from the
-// model as declared in [uncertainty] stays below the limit. Used by the program before a
-// treatment. Source: derived here; docs/control.md (declared uncertainty). Units: SI.
+// model as declared in [uncertainty], or a model whose error the certificate does not cover in the
+// filter, stays below the limit. Used by the program before a treatment, by studies, campaigns and
+// replays. Source: derived here; docs/control.md (declared uncertainty). Units: SI.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -11,21 +13,34 @@
 namespace photocoag {
 
 struct TissueMargin {
-  double factor = 1.0;            ///< reference and limit are multiplied by it; at most 1
-  double peak_unprotected = 0.0;  ///< K, of the worst tissue with the configured limit
-  double peak_protected = 0.0;    ///< K, of the worst tissue after backing off
-  std::string worst;              ///< which tissue: "spot radius -10 %, …, alpha 1.1"
+  /// The largest of the shares, at most 1: reference and limit are multiplied by it.
+  double factor = 1.0;
+  /// What is multiplied besides at the end of period 1, 2, …, the last one ever after; at most 1.
+  std::vector<double> shares;
+  double peak_unprotected = 0.0;  ///< K, of the worst eye with the configured limit
+  double peak_protected = 0.0;    ///< K, of the worst eye after backing off
+  std::string worst;              ///< which eye: "spot radius -10 %, …, alpha 1.1, period 1"
+  std::size_t eyes = 0;           ///< tissues times alphas that were treated
+
+  bool needed() const noexcept { return factor < 1.0 || !shares.empty(); }
 };
 
-/// Noise-free closed loops on full-order eyes (a coarser grid: 20,000 cells). Each declared
-/// quantity is moved up and down by itself, at the initial estimate of alpha; the directions that
-/// raise the peak are then combined into one tissue, and reference and limit are scaled until its
-/// highest peak, with robust_sigma standard deviations of the estimated peak on top, keeps the
-/// configured limit for three alphas (initial - 1.5, 0 and + 3 standard deviations). Takes about a
-/// second. Throws Error if no factor from 0.5 on suffices. Allocates.
+/// What a margin is searched for: declared uncertainty, or control.robust = "certified".
+bool wants_margin(const Config& config) noexcept;
+
+/// Closed loops (run/declared_eye.hpp) on all corners of the declared set at all alphas of a grid
+/// from 1.6 deviations below the estimator's initial alpha to 3.1 above. Highest peaks, with
+/// robust_sigma deviations of the estimated peak on top, are taken per stretch of time since the
+/// start; each stretch has a share of reference and limit, which is lowered until no eye exceeds
+/// the limit in it; then the eyes that came nearest are treated with noise and the shares lowered
+/// to what their highest peaks ask for. The first 1,000 periods are searched; later ones have the
+/// last share. Takes some seconds. Throws Error if a share below a half were needed. Allocates.
 TissueMargin tissue_margin(const Config& config, const ReducedModel& model);
 
-/// `config` with reference, references and limit multiplied by the factor.
+/// `config` with reference, references and limit multiplied by the factor, and the shares.
 Config backed_off(const Config& config, const TissueMargin& margin);
+
+/// What the controller is told: backed off if a margin is wanted, else `config`.
+Config told_to_controller(const Config& config, const ReducedModel& model);
 
 }  // namespace photocoag

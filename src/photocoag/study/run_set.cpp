@@ -96,10 +96,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
   // What the controller is told; what it reaches is measured against the configuration as it is.
   std::vector<Config> told;
   for (const RunJob& job : jobs) {
-    const Config& config = job.config;
-    told.push_back(config.uncertainty.declared()
-                       ? backed_off(config, tissue_margin(config, pool.get(config)->reduced))
-                       : config);
+    told.push_back(told_to_controller(job.config, pool.get(job.config)->reduced));
   }
   const auto work = [&] {
     for (std::size_t k = next++; k < total; k = next++) {

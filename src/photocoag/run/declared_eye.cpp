@@ -1,0 +1,120 @@
+#include "photocoag/run/declared_eye.hpp"
+
+#include <limits>
+
+#include "photocoag/core/random.hpp"
+#include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/controller.hpp"
+
+namespace photocoag {
+namespace {
+
+// Peak and volume at the end of a period, K per W in one period before; the latest period last.
+struct Response {
+  Eigen::VectorXd peak;
+  Eigen::VectorXd volume;
+};
+
+void scale(Tissue& tissue, const DeclaredQuantity& quantity, double factor) {
+  switch (quantity.part) {
+    case DeclaredQuantity::Part::kSpotRadius:
+      tissue.spot_radius *= factor;
+      for (double& radius : tissue.beam_radii) radius *= factor;
+      break;
+    case DeclaredQuantity::Part::kThickness:
+      tissue.layers[quantity.layer].thickness *= factor;
+      break;
+    case DeclaredQuantity::Part::kAbsorption:
+      tissue.layers[quantity.layer].absorption *= factor;
+      break;
+  }
+}
+
+}  // namespace
+
+std::vector<DeclaredQuantity> declared_quantities(const Config& config) {
+  using Part = DeclaredQuantity::Part;
+  const UncertaintySettings& u = config.uncertainty;
+  std::vector<DeclaredQuantity> all;
+  if (u.spot_radius > 0.0) all.push_back({"spot radius", u.spot_radius, Part::kSpotRadius});
+  for (std::size_t i = 0; i < config.tissue.layers.size(); ++i) {
+    const Layer& layer = config.tissue.layers[i];
+    if (u.thickness > 0.0) {
+      all.push_back({layer.name + " thickness", u.thickness, Part::kThickness, i});
+    }
+    if (u.absorption > 0.0 && !layer.scaled_by_alpha && layer.absorption > 0.0) {
+      all.push_back({layer.name + " absorption", u.absorption, Part::kAbsorption, i});
+    }
+  }
+  return all;
+}
+
+Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>& quantities,
+                       const std::vector<int>& signs) {
+  Tissue tissue = config.tissue;
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    scale(tissue, quantities[i], 1.0 + signs[i] * quantities[i].relative);
+  }
+  return tissue;
+}
+
+DeclaredEye::DeclaredEye(const Config& config, const Tissue& tissue, std::size_t cells,
+                         std::size_t periods)
+    : config_(config),
+      full_(std::make_shared<const FullOrderModel>(tissue, GridSettings{.min_cells = cells})),
+      periods_(static_cast<Eigen::Index>(periods)) {
+  if (!full_->separable()) return;
+  ModalStepper stepper(full_, config.plant.discretization, config.control.period);
+  axis_.resize(periods_, stepper.axis_profile().size());
+  spot_.resize(periods_, stepper.spot_profile().size());
+  for (Eigen::Index k = 0; k < periods_; ++k) {
+    stepper.step(k == 0 ? 1.0 : 0.0);
+    axis_.row(periods_ - 1 - k) = stepper.axis_profile();
+    spot_.row(periods_ - 1 - k) = stepper.spot_profile();
+  }
+}
+
+LoopPeaks DeclaredEye::treat(const Config& config, const ReducedModel& model, double alpha,
+                             std::optional<std::uint64_t> seed) const {
+  const AbsorptionFactors at(alpha, config_.estimator.choroid_initial);
+  Response response;
+  if (full_->separable()) {
+    const OutputWeights weights = full_->output_weights(at);
+    response = {axis_ * weights.peak, spot_ * weights.volume};
+  } else {
+    FullOrderPlant plant(full_, config_.plant.discretization, config_.control.period, at);
+    response = {Eigen::VectorXd(periods_), Eigen::VectorXd(periods_)};
+    for (Eigen::Index k = 0; k < periods_; ++k) {
+      plant.step(k == 0 ? 1.0 : 0.0);
+      const Outputs outputs = plant.outputs();
+      response.peak[periods_ - 1 - k] = outputs.peak;
+      response.volume[periods_ - 1 - k] = outputs.volume;
+    }
+  }
+  Controller controller(model, config.control, config.estimator);
+  LoopPeaks loop{Eigen::VectorXd::Zero(periods_), Eigen::VectorXd::Zero(periods_)};
+  Eigen::VectorXd emitted = Eigen::VectorXd::Zero(periods_);
+  double pending = 0.0;
+  for (Eigen::Index n = 0; n < periods_; ++n) {
+    const double decided = controller.decide().power;
+    emitted[n] = config.control.delay == 1 ? pending : decided;
+    pending = decided;
+    const auto powers = emitted.head(n + 1);
+    loop.peak[n] = response.peak.tail(n + 1).dot(powers);
+    double sample = response.volume.tail(n + 1).dot(powers);
+    if (seed) {
+      sample += config.plant.noise * standard_normal(*seed, static_cast<std::uint64_t>(n),
+                                                     RandomStream::kMeasurementNoise);
+    }
+    if (config.plant.zero_power_sample == ZeroPowerSample::kMissing && emitted[n] == 0.0) {
+      sample = std::numeric_limits<double>::quiet_NaN();
+    }
+    const Estimate estimate =
+        controller.observe({.volume_temperature = sample, .applied_power = emitted[n]});
+    // Before the first sample the deviation is that of alpha's initial value, not of this eye.
+    if (n > config.control.delay) loop.sigma[n] = estimate.peak_sigma;
+  }
+  return loop;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,61 @@
+// Role: setup; the eyes of the declared set and fast noise-free or noisy closed loops on them. Used
+// by run/tissue_margin. Source: derived here; docs/control.md (declared uncertainty). Units: SI.
+// Difference to simulate_eye: the tissue's linear response is computed once per eye and the loop
+// then convolves, no supervisor, the exact solver. Threads: immutable after construction.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// One declared quantity: which part of the tissue it scales, and by how much at most.
+struct DeclaredQuantity {
+  std::string name;
+  double relative;
+  enum class Part { kSpotRadius, kThickness, kAbsorption } part;
+  std::size_t layer = 0;
+};
+
+/// Spot radius, each thickness, each absorption that alpha does not scale, as far as declared.
+std::vector<DeclaredQuantity> declared_quantities(const Config& config);
+
+/// The model's tissue with each quantity moved by signs[i] (-1, 0, 1) times what is declared.
+Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>& quantities,
+                       const std::vector<int>& signs);
+
+/// What one closed loop did, period by period.
+struct LoopPeaks {
+  Eigen::VectorXd peak;   ///< K, true, at the end of each period
+  Eigen::VectorXd sigma;  ///< K, the filter's deviation of the peak then; 0 after the first period
+};
+
+/// One tissue at full order and its response to one period of power.
+class DeclaredEye {
+ public:
+  /// `cells`: grid; `periods`: as far as loops may run. Throws Error. Allocates.
+  DeclaredEye(const Config& config, const Tissue& tissue, std::size_t cells, std::size_t periods);
+
+  /// A treatment by config.control and config.estimator. `seed`: of the noise (plant.noise); none:
+  /// no noise. Throws Error on bad settings. Allocates.
+  LoopPeaks treat(const Config& config, const ReducedModel& model, double alpha,
+                  std::optional<std::uint64_t> seed) const;
+
+ private:
+  Config config_;  // of plant, period
+  std::shared_ptr<const FullOrderModel> full_;
+  Eigen::Index periods_;
+  // Separable: a row per period, a column per axial mode; they serve every alpha.
+  Eigen::MatrixXd axis_;
+  Eigen::MatrixXd spot_;
+};
+
+}  // namespace photocoag
