@@ -103,8 +103,10 @@ void print_certificate(const ReducedModel& model, const FullOrderModel& full) {
 void print_outcome(const Config& config, const Treatment& treatment, const fs::path& folder) {
   const RunSummaryNumbers numbers = summarize(config, treatment);
   if (!numbers.stopped_for.empty()) {
-    fmt::print(stderr, "STOPPED   {}: the laser is at 0 W since cycle {}\n", numbers.stopped_for,
-               treatment.outcome.cycles - 1);
+    const bool dark = numbers.dark_since < treatment.records.size();
+    fmt::print(stderr, "STOPPED   {}: {}\n", numbers.stopped_for,
+               dark ? fmt::format("the laser is at 0 W since cycle {}", numbers.dark_since)
+                    : std::string("light in the last cycle recorded"));
   }
   fmt::print(stderr, "result    peak at most {:.2f} K, limit {:g} K {}\n", numbers.peak_true_max,
              numbers.limit,

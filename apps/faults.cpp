@@ -24,15 +24,16 @@ std::string shim_beside(const std::filesystem::path& program) {
 int faults_command(const FaultsOptions& options) {
   if (options.kills > 0 || options.stops > 0) return kill_trials(options);
   fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-  FaultOptions table{.supervised = !options.without_supervisor, .only = options.row};
+  FaultOptions table{
+      .supervised = !options.without_supervisor, .overrides = {}, .only = options.row};
   const auto progress = [](double fraction) { draw_progress("injecting", fraction, "faults"); };
   std::vector<FaultRow> rows = run_fault_table(table, progress);
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   for (FaultRow& row : run_process_faults({.supervised = table.supervised,
-                                           .only = options.row,
-                                           .allocation_step = options.allocation_step,
-                                           .program = program.string(),
-                                           .shim = shim_beside(program)},
+                       .only = options.row,
+                       .allocation_step = options.allocation_step,
+                       .program = program.string(),
+                       .shim = shim_beside(program)},
                                           progress)) {
     rows.push_back(std::move(row));
   }
@@ -48,6 +49,10 @@ int faults_command(const FaultsOptions& options) {
     good = good && row.passed == row.runs;
     fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
                row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
+    if (row.id.front() != 'O') continue;
+    for (const auto& [period, peak] : row.peak_at) {
+      fmt::print("     {:g} ms: {:.2f} K, not judged\n", period * 1e3, peak);
+    }
   }
   fmt::print(
       "slowest: cycles after the first bad datum in which there still was light (L1: records lost "

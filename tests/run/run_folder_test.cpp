@@ -38,6 +38,10 @@ TEST(Summary, CountsViolationsTimeErrorAndDose) {
   EXPECT_NEAR(numbers.rms_error_after_50_ms.value(), std::sqrt((9.0 + 4.0 + 1.0) / 3.0), 1e-12);
   EXPECT_NEAR(numbers.absorption_error_final, 0.1, 1e-12);
   EXPECT_TRUE(numbers.stopped_for.empty());
+  EXPECT_EQ(numbers.dark_since, 0U);
+  Treatment lit = with_peaks({20.0, 28.5, 33.0, 32.0, 31.0}, 0.02);
+  lit.records[0].power = lit.records[2].power = 0.01;
+  EXPECT_EQ(summarize(config, lit).dark_since, 3U) << "not the cycles that were recorded after it";
   // 60 ms between 52 and 55 C: between the isothermal doses at these temperatures.
   const ArrheniusParameters& schlott = kPublishedDamage[0];
   EXPECT_GT(numbers.thermal_dose[0], 0.05 * damage_rate(schlott, 52.0));

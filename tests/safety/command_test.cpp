@@ -227,12 +227,12 @@ TEST(DeviceCommand, ForgettingWhatIsOnItsWayWouldOverheat) {
       if (awaits) witness.await(coming);
       witness.learn(eye.outputs().volume);
       emitted = coming;
-      coming = std::min({0.1, witness.power_for_peak(32.0), witness.held_power_for_peak(33.0)});
+      coming = std::min(0.1, witness.power_for_peak(32.0));
     }
     return peak;
   };
   EXPECT_LT(highest(true), 32.01);
-  EXPECT_NEAR(highest(false), 34.2, 0.1) << "docs/safety.md";
+  EXPECT_NEAR(highest(false), 37.8, 0.5) << "docs/safety.md";
 }
 
 }  // namespace

@@ -67,10 +67,57 @@ TEST(Witness, TwoUnknownsAreBoundedFromAbove) {
   }
 }
 
+// A spike of any size in any of the first cycles: the truth stays plausible, and once two honest
+// samples agree the bound comes down.
+TEST(Witness, NoSingleSampleExcludesTheTruth) {
+  const WitnessModel model = witness_model(model_1khz());
+  for (const double alpha : {0.35, 0.7363, 1.5}) {
+    for (const double spike : {-25.0, -12.0, -6.0, -3.0, -1.0, 1.0, 3.0, 6.0, 12.0, 25.0}) {
+      for (const int when : {0, 1, 2, 3, 4, 5, 20}) {
+        Witness witness(model, 0.288, 0.01);
+        ReducedPlant eye(model_1khz(), alpha);
+        for (int k = 0; k < 30; ++k) {
+          eye.step(0.02);
+          witness.emit(0.02);
+          witness.learn(eye.outputs().volume + (k == when ? spike : 0.0));
+          ASSERT_GE(witness.absorption_high(), alpha)
+              << alpha << ' ' << spike << ' ' << when << ' ' << k;
+        }
+        if (spike < 0.0) {
+          EXPECT_LT(witness.absorption_high(), 1.4 * alpha) << spike << ' ' << when;
+        }
+      }
+    }
+  }
+}
+
+TEST(Witness, CountsEveryAbsorptionWhileItIsSuspicious) {
+  const WitnessModel model = witness_model(model_1khz());
+  Witness witness(model, 0.288, 0.01);
+  ReducedPlant eye(model_1khz(), 0.5);
+  for (int k = 0; k < 40; ++k) {
+    eye.step(0.02);
+    witness.emit(0.02);
+    witness.learn(eye.outputs().volume);
+  }
+  const double trusting = witness.power_for_peak(32.0);
+  EXPECT_TRUE(witness.compare(eye.outputs().volume + 5.0).above);
+  EXPECT_FALSE(witness.compare(eye.outputs().volume - 5.0).above);
+  witness.suspect(true);
+  EXPECT_LT(witness.power_for_peak(32.0), 0.3 * trusting);
+  EXPECT_LT(witness.steady_power(30.0), 0.5 * trusting);
+  witness.suspect(false);
+  EXPECT_EQ(witness.power_for_peak(32.0), trusting) << "nothing is forgotten";
+}
+
 TEST(Witness, FindsTheAbsorptionFromAbove) {
   const WitnessModel model = witness_model(model_1khz());
   Witness witness(model, 0.288, 0.01);
   EXPECT_EQ(witness.absorption_high(), 2.0) << "nothing known: the worst";
+  Witness single = witness;
+  single.emit(0.025);
+  single.learn(0.0);
+  EXPECT_EQ(single.absorption_high(), 2.0) << "one sample is no evidence";
   ReducedPlant eye(model_1khz(), 0.9);
   Draw draw(3);
   for (int k = 0; k < 60; ++k) {
@@ -82,7 +129,7 @@ TEST(Witness, FindsTheAbsorptionFromAbove) {
     // 3.5 standard deviations: the truth is below in all of 60 cycles.
     EXPECT_GT(witness.absorption_high(), 0.9) << k;
   }
-  EXPECT_LT(witness.absorption_high(), 0.96);
+  EXPECT_LT(witness.absorption_high(), 0.97);  // half of the samples in each opinion
   EXPECT_GT(witness.compare(eye.outputs().volume + 3.0).outside, 6.0);
   witness.doubt();
   EXPECT_EQ(witness.absorption_high(), 2.0);

@@ -104,6 +104,8 @@ void Config::validate() const {
   require_positive(safety.energy_max * 1e3, 60000.0, "safety.energy_max_mJ");
   require_positive(safety.exposure_max * 1e3, 60000.0, "safety.exposure_max_ms");
   require_between(safety.thermal_dose_max, 0.0, 1e6, "safety.thermal_dose_max");
+  require_between(safety.power_accuracy, 0.0, 0.5, "safety.power_accuracy_relative");
+  require_between(safety.sample_gain_accuracy, 0.0, 0.5, "safety.sample_gain_accuracy_relative");
   require_between(safety.core, -1, 1023, "safety.core");
   model.reduction.validate();
   grid.validate();

@@ -155,6 +155,11 @@ void add_safety(SafetySettings& s, std::vector<Field>& list) {
               "time with light in one treatment; then it is done"),
        number(key("thermal_dose_max"), s.thermal_dose_max, kOne, {0, 1e6},
               "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited"),
+       number(key("power_accuracy_relative"), s.power_accuracy, kOne, {0, 0.5},
+              "what an outside power meter leaves open of the true power; the gate keeps it as a "
+              "margin"),
+       number(key("sample_gain_accuracy_relative"), s.sample_gain_accuracy, kOne, {0, 0.5},
+              "the same of the samples' gain, by an outside temperature standard"),
        word(key("real_time"), s.real_time, {"observe", "enforce"},
             "enforce: refuse without SCHED_FIFO and locked memory, strict about overruns and held "
             "powers; observe: a simulated eye only"),

@@ -59,6 +59,9 @@ class FaultyDevice {
         readback.power *= injection_.value;
         see();
         break;
+      case Fault::kGains:
+        readback.power *= injection_.readback / injection_.laser;
+        break;
       case Fault::kShutter:
         readback.shutter_open = false;
         see();
@@ -77,7 +80,7 @@ class FaultyDevice {
       default:
         break;
     }
-    if (stuck_ && readback.power > 0.0) see();
+    if (stuck_ && readback.power == injection_.value) see();
     return readback;
   }
 
@@ -88,7 +91,8 @@ class FaultyDevice {
     }
     if (active() && injection_.fault == Fault::kGone) return DeviceStatus::kGone;
     stuck_ = active() && injection_.fault == Fault::kStuckOn && power == 0.0;
-    return device_.write_power(stuck_ ? injection_.value : power, token);
+    const double gain = injection_.fault == Fault::kGains ? injection_.laser : 1.0;
+    return device_.write_power(stuck_ ? injection_.value : gain * power, token);
   }
 
   void heartbeat(std::uint64_t cycle) noexcept { device_.heartbeat(cycle); }
@@ -167,6 +171,12 @@ class FaultyDevice {
         as_value(truth + injection_.value * (value - truth));
         return convert(sample);
       }
+      case Fault::kGains:
+        as_value(value * injection_.samples);
+        return convert(sample);
+      case Fault::kJump:
+      case Fault::kDrift:
+        return see();
       case Fault::kGain:
         as_value(value * injection_.value);
         return convert(sample);

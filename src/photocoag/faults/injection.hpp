@@ -39,6 +39,9 @@ enum class Fault : std::uint8_t {
   kPeakEstimate,  ///< the estimated peak is value, K
   kOverrun,       ///< the wake-up comes `count` periods late
   kTwoOverruns,   ///< two single ones, `every` cycles apart
+  kGains,         ///< laser, readback and samples are each off by a factor, from the start
+  kJump,          ///< alpha becomes value
+  kDrift,         ///< alpha grows by value, relative, per ms
   kHook,          ///< the trial does something itself, e.g. flips a bit
 };
 
@@ -48,6 +51,9 @@ struct Injection {
   std::uint64_t count = 1;  ///< cycles
   double value = 0.0;
   std::uint64_t every = 1;
+  double laser = 1.0;     ///< kGains: emitted per commanded power
+  double readback = 1.0;  ///< kGains: said per commanded power
+  double samples = 1.0;   ///< kGains: said per true temperature
 
   bool active(std::uint64_t cycle) const noexcept {
     return fault != Fault::kNone && cycle >= start && cycle < start + count &&

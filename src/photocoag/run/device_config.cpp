@@ -13,7 +13,7 @@ namespace photocoag {
 SafetyLimits device_limits(const Config& config) {
   SafetyLimits limits = safety_limits(config);
   // A device holds its power when a write is missed, whatever scheduling there is.
-  limits.hold_excess = std::min(limits.hold_excess, 1.0);
+  limits.command_held = 1;
   const bool eye = config.photoacoustics.sampling == Sampling::kPulses;
   if (eye && config.safety.real_time == RealTimeMode::kObserve) {
     limits.overruns_in_a_row_max = std::max(

@@ -112,6 +112,10 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
           treatment.records.back().estimate.choroid_factor / config.plant.choroid_factor - 1.0;
     }
   }
+  numbers.dark_since = treatment.records.size();
+  while (numbers.dark_since > 0 && !(treatment.records[numbers.dark_since - 1].power > 0.0)) {
+    --numbers.dark_since;
+  }
   const SafetyStatus& safety = treatment.outcome.safety;
   const bool by_supervisor = safety.reason != SafetyReason::kNone;
   if (treatment.outcome.stopped) {

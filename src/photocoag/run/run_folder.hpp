@@ -27,7 +27,8 @@ struct RunSummaryNumbers {
   std::optional<double> choroid_error_final;    ///< the same of beta, if it is estimated
   /// Arrhenius integral at the true peak, one per set of kPublishedDamage; damage at 1.
   std::array<double, kPublishedDamage.size()> thermal_dose{};
-  std::string stopped_for;  ///< empty: ran to its end
+  std::string stopped_for;     ///< empty: ran to its end
+  std::size_t dark_since = 0;  ///< cycle after the last one with light
 };
 
 RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);

@@ -30,15 +30,17 @@ SafetyLimits safety_limits(const Config& config) {
           .absorption_min = config.estimator.absorption_min,
           .absorption_max = config.estimator.absorption_max,
           .ambient_celsius = config.tissue.ambient_celsius,
-          .hold_excess = enforce ? 1.0 : 1e6,
           .energy_max = config.safety.energy_max,
           .exposure_max = config.safety.exposure_max,
           .dose_max = config.safety.thermal_dose_max,
           .dose_log_frequency = damage.log_frequency,
           .dose_activation_energy = damage.activation_energy,
+          .power_accuracy = config.safety.power_accuracy,
+          .gain_accuracy = config.safety.sample_gain_accuracy,
           .overruns_in_a_row_max = enforce ? 1 : 100,
           .overruns_per_hundred = enforce ? 1 : 100,
           .command_delay = config.control.delay,
+          .command_held = enforce ? 1 : 0,
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }
 

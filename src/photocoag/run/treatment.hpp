@@ -56,8 +56,8 @@ struct Treatment {
   std::optional<DeviceReport> device;  ///< none: the simulated eye of this process
 };
 
-/// Throws Error unless the loop may run on safety.core. With safety.real_time = "enforce" also unless this machine grants SCHED_FIFO and locked
-/// memory to a new thread.
+/// Throws Error unless the loop may run on safety.core. With safety.real_time = "enforce" also
+/// unless this machine grants SCHED_FIFO and locked memory to a new thread.
 void require_real_time(const Config& config);
 
 /// Builds plant and controller and runs the loop. In virtual time on the calling thread; paced by

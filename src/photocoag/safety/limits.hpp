@@ -25,17 +25,20 @@ struct SafetyLimits {
   double absorption_min = 0.2;   ///< of the estimator
   double absorption_max = 2.0;
   double ambient_celsius = 22.0;
-  double hold_excess = 1.0;         ///< K above peak_max after one more period of the same power
-  double energy_max = 6.0;          ///< J
-  double exposure_max = 60.0;       ///< s with light
-  double dose_max = 0.0;            ///< Arrhenius integral; 0: not limited
-  double dose_log_frequency = 0.0;  ///< ln(A / (1/s))
-  double dose_activation_energy = 0.0;     ///< J/mol
-  double model_error = 0.01;               ///< relative, of the witness's volume temperature
+  double energy_max = 6.0;              ///< J
+  double exposure_max = 60.0;           ///< s with light
+  double dose_max = 0.0;                ///< Arrhenius integral; 0: not limited
+  double dose_log_frequency = 0.0;      ///< ln(A / (1/s))
+  double dose_activation_energy = 0.0;  ///< J/mol
+  double model_error = 0.01;            ///< relative, of the witness's volume temperature
+  double power_accuracy = 0.0;  ///< relative: the true power may be so much above the readback
+  double gain_accuracy = 0.0;   ///< relative: the samples may be so much below the truth
   std::int64_t overruns_in_a_row_max = 1;  ///< one more stops
   std::int64_t overruns_per_hundred = 1;   ///< one more stops
   std::int64_t command_delay = 0;          ///< periods until a written power is emitted, 0 or 1
-  std::int64_t check_quiet = 1;            ///< 0: a noise-free simulated eye, nothing is too quiet
+  std::int64_t command_held =
+      1;  ///< 1: a power lasts a period longer where the next write is missed
+  std::int64_t check_quiet = 1;  ///< 0: a noise-free simulated eye, nothing is too quiet
   bool operator==(const SafetyLimits&) const = default;
 };
 static_assert(std::is_trivially_copyable_v<SafetyLimits>);

@@ -15,7 +15,9 @@ struct SafetySettings {
   double energy_max = 6.0;      ///< J, emitted in one treatment; above 0, at most 60
   double exposure_max = 60.0;   ///< s, with light; above 0, at most 60
   double thermal_dose_max =
-      0.0;  ///< Arrhenius integral (schlott_2012), 0: not limited; at most 1e6
+      0.0;                      ///< Arrhenius integral (schlott_2012), 0: not limited; at most 1e6
+  double power_accuracy = 0.0;  ///< relative, of power and readback together; at most 0.5
+  double sample_gain_accuracy = 0.0;  ///< relative, of the thermometer's calibration; at most 0.5
   RealTimeMode real_time = RealTimeMode::kObserve;
   int core = -1;  ///< that the loop's thread is pinned to; -1: none
   bool operator==(const SafetySettings&) const = default;

@@ -140,9 +140,10 @@ double Supervisor::fallback(SafetyReason reason) noexcept {
   // made with an estimate that has broken down since is none.
   const double planned = memory_.plan[static_cast<std::size_t>(memory_.fallbacks - 1)];
   const bool usable = reason != SafetyReason::kEstimatorRestart && planned >= 0.0 &&
-                      planned <= witness_.power_for_peak(limits_->peak_max);
-  return std::min(memory_.written,
-                  usable ? planned : witness_.steady_power(limits_->peak_reference));
+                      planned <= witness_.power_for_peak(limits_->peak_max / hidden_gain());
+  return std::min(
+      memory_.written,
+      usable ? planned : witness_.steady_power(limits_->peak_reference / hidden_gain()));
 }
 
 Authorization Supervisor::choose(const ControllerReport& report) noexcept {
@@ -179,10 +180,17 @@ Authorization Supervisor::choose(const ControllerReport& report) noexcept {
   lower_to(limits_->power_max, SafetyReason::kNone);  // rounding
   lower_to(memory_.written + limits_->power_rise_max, SafetyReason::kSlew);
   if (!memory_.fresh_sample) lower_to(memory_.written, SafetyReason::kCoasting);
-  lower_to(witness_.power_for_peak(limits_->peak_max), SafetyReason::kPeakCeiling);
-  // If the next write never comes, the device holds this power for one more period.
-  lower_to(witness_.held_power_for_peak(limits_->peak_max + limits_->hold_excess),
-           SafetyReason::kPeakCeiling);
+  const double peak_max = limits_->peak_max / hidden_gain();
+  lower_to(witness_.power_for_peak(peak_max), SafetyReason::kPeakCeiling);
+  if (limits_->command_held != 0) {
+    // If the next write is missed, the device holds this power for one more period; if this one
+    // comes late, the power before.
+    lower_to(witness_.held_power_for_peak(peak_max), SafetyReason::kPeakCeiling);
+    lower_to(witness_.late_power_for_peak(peak_max, memory_.written), SafetyReason::kPeakCeiling);
+  }
+  lower_to((limits_->energy_max - status_.energy - on_its_way()) /
+               (limits_->period * (1.0 + limits_->power_accuracy)),
+           SafetyReason::kEnergy);
   return {.power = power, .reason = reason};
 }
 

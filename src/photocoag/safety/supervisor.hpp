@@ -102,6 +102,8 @@ class Supervisor {
   void check_readback(const Readback& readback, InForce command) noexcept;
   void check_clock(const DeviceSample& sample, InForce command) noexcept;
   double wanted() const noexcept;
+  double on_its_way() const noexcept;
+  double hidden_gain() const noexcept;
   void account(double power) noexcept;
   SafetyReason judge(const DeviceSample& sample) noexcept;
   void count_bad(SafetyReason reason) noexcept;
@@ -138,7 +140,7 @@ class Supervisor {
   struct Memory {
     bool open_interlock = false;
     bool fresh_sample = true;      // this cycle's sample was usable
-    bool overrun = false;          // a period without a write of ours has just passed
+    std::int64_t unwritten = 0;    // so many readbacks come of a period without a write of ours
     double written = 0.0;          // W, last power authorized
     double written_before = 0.0;   // W, the one before
     double written_earlier = 0.0;  // W, and the one before that

@@ -34,7 +34,8 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   const SafetyReason reason = judge(sample);
   memory_.fresh_sample = reason == SafetyReason::kNone;
   if (memory_.fresh_sample) witness_.learn(sample.volume_temperature);
-  memory_.overrun = sample.periods_behind > 0;
+  memory_.unwritten = sample.periods_behind > 0 ? 1 + limits_->command_delay
+                                                : std::max<std::int64_t>(0, memory_.unwritten - 1);
   return {.usable = memory_.fresh_sample, .reason = reason, .power = power};
 }
 
@@ -56,7 +57,7 @@ double Supervisor::wanted() const noexcept {
 
 Supervisor::InForce Supervisor::judge_command(double command) const noexcept {
   // After a missed period the device was right to hold or to go dark.
-  if (!finite(command) || memory_.overrun) return InForce::kUnknown;
+  if (!finite(command) || memory_.unwritten > 0) return InForce::kUnknown;
   if (close_to(command, wanted())) return InForce::kAsWritten;
   // The power before, some of both, or a watchdog that had waited too long.
   const double before =
@@ -68,7 +69,7 @@ Supervisor::InForce Supervisor::judge_command(double command) const noexcept {
 
 void Supervisor::check_readback(const Readback& readback, InForce command) noexcept {
   const bool told = finite(readback.command);
-  if (!told && memory_.overrun) return;
+  if (!told && memory_.unwritten > 0) return;
   // A device that says what it took for its command is held to its word.
   const double expected = told ? readback.command : wanted();
   const bool foreign = command == InForce::kForeign;
@@ -109,16 +110,30 @@ void Supervisor::check_clock(const DeviceSample& sample, InForce command) noexce
   }
 }
 
+/// How much hotter the tissue may be than the witness says, relative to its rise: by the power that
+/// the readback does not show before there are samples, and by what the samples do not show after.
+/// The peak grows less than the volume temperature with alpha, so that both together are not worse.
+double Supervisor::hidden_gain() const noexcept {
+  return std::max(1.0 + limits_->power_accuracy, 1.0 / (1.0 - limits_->gain_accuracy));
+}
+
+/// J, written already and not emitted yet.
+double Supervisor::on_its_way() const noexcept {
+  return limits_->command_delay == 0
+             ? 0.0
+             : memory_.written * (1.0 + limits_->power_accuracy) * limits_->period;
+}
+
 void Supervisor::account(double power) noexcept {
   witness_.emit(power);
   if (limits_->command_delay != 0) witness_.await(memory_.written);
-  status_.energy += power * limits_->period;
+  status_.energy += power * (1.0 + limits_->power_accuracy) * limits_->period;
   if (power > 0.0) status_.exposure += limits_->period;
   const ArrheniusParameters tissue{.name = {},
                                    .end_point = {},
                                    .log_frequency = limits_->dose_log_frequency,
                                    .activation_energy = limits_->dose_activation_energy};
-  const double peak = witness_.peak_high();
+  const double peak = hidden_gain() * witness_.peak_high();
   if (limits_->dose_max > 0.0) {
     status_.dose += damage_over(tissue, limits_->ambient_celsius + memory_.peak_high,
                                 limits_->ambient_celsius + peak, limits_->period);
@@ -126,10 +141,14 @@ void Supervisor::account(double power) noexcept {
   memory_.peak_high = peak;
   if (status_.state != SafetyState::kTreating) return;
   // The next period must not go beyond: stop one period before at the last power.
-  if (status_.energy + memory_.written * limits_->period > limits_->energy_max) {
+  const double coming = on_its_way();
+  if (status_.energy + coming +
+          memory_.written * (1.0 + limits_->power_accuracy) * limits_->period >
+      limits_->energy_max) {
     stop(SafetyState::kDone, SafetyReason::kEnergy);
   }
-  if (status_.exposure + 0.5 * limits_->period > limits_->exposure_max) {
+  const double periods = coming > 0.0 ? 1.5 : 0.5;
+  if (status_.exposure + periods * limits_->period > limits_->exposure_max) {
     stop(SafetyState::kDone, SafetyReason::kExposure);
   }
   if (limits_->dose_max > 0.0 && !(status_.dose < limits_->dose_max)) {
@@ -160,6 +179,7 @@ SafetyReason Supervisor::judge(const DeviceSample& sample) noexcept {
     outside = residual.outside;
     watch_noise(residual.outside);
     if (outside > kRejectAt) reason = SafetyReason::kSampleRejected;
+    witness_.suspect(outside > kRejectAt && residual.above);
   }
   // Stuck is judged on everything that looks like a sample.
   if (reason == SafetyReason::kNone || reason == SafetyReason::kSampleRejected) {

@@ -31,7 +31,7 @@ Witness::Witness(const WitnessModel& model, double noise, double model_error) no
 }
 
 void Witness::doubt() noexcept {
-  misfit_.fill(0.0);
+  for (PerCurve& misfit : misfit_) misfit.fill(0.0);
   find_plausible();
 }
 
@@ -79,47 +79,43 @@ WitnessResidual Witness::compare(double volume_temperature) const noexcept {
     most = std::max(most, *high);
     largest_variance = std::max(largest_variance, variance(family.high));
   }
-  const double sigma = std::sqrt(largest_variance);
-  const double beyond =
-      std::max({0.0, least - volume_temperature, volume_temperature - most}) / sigma;
-  return {.outside = beyond,
-          .fit = (volume_temperature - volume_now_[best_]) / std::sqrt(variance(best_))};
+  const double beyond = std::max({0.0, least - volume_temperature, volume_temperature - most});
+  return {.outside = beyond / std::sqrt(largest_variance), .above = volume_temperature > most};
 }
 
 void Witness::learn(double volume_temperature) noexcept {
   for (std::size_t j = 0; j < curves(); ++j) {
     const double residual = volume_temperature - volume_now_[j];
-    misfit_[j] = model_.memory * misfit_[j] + residual * residual / variance(j);
+    for (PerCurve& misfit : misfit_) misfit[j] *= model_.memory;
+    misfit_[next_][j] += residual * residual / variance(j);
   }
+  next_ = 1 - next_;
   find_plausible();
 }
 
 void Witness::find_plausible() noexcept {
-  const auto end = misfit_.begin() + static_cast<std::ptrdiff_t>(curves());
-  best_ = static_cast<std::size_t>(std::min_element(misfit_.begin(), end) - misfit_.begin());
-  const double bar = misfit_[best_] + kPlausible;
-  for (std::size_t b = 0; b < model_.choroids; ++b) {
-    find_plausible(families_[b], b * model_.absorptions, bar);
+  for (Family& family : families_) family.plausible = false;
+  for (const PerCurve& misfit : misfit_) {
+    const auto end = misfit.begin() + static_cast<std::ptrdiff_t>(curves());
+    const double bar = *std::min_element(misfit.begin(), end) + kPlausible;
+    for (std::size_t b = 0; b < model_.choroids; ++b) {
+      families_[b].widen_to(plausible_by(misfit, b * model_.absorptions, bar));
+    }
   }
   if (model_.choroids > 1) {
     // The truth lies between nodes of a coarser grid that is judged by a longer memory. So that the
     // plausible curves enclose it, the next beta beyond the last plausible one counts with its best
-    // alpha, and half a step of alpha is added
-    // where the best one is the only one.
+    // alpha.
     std::array<bool, kWitnessChoroids> own{};
     for (std::size_t b = 0; b < model_.choroids; ++b) own[b] = families_[b].plausible;
     for (std::size_t b = 0; b < model_.choroids; ++b) {
       Family& family = families_[b];
       const bool beside = (b > 0 && own[b - 1]) || (b + 1 < model_.choroids && own[b + 1]);
-      if (!own[b] && beside) {
-        family.plausible = true;
-        const bool last = family.low % model_.absorptions + 1 == model_.absorptions;
-        family.high = last ? family.low : family.low + 1;
-        family.fraction = last ? 1.0 : 0.0;
-      }
-      if (own[b] && family.high == family.low + 1) {
-        family.fraction = std::max(family.fraction, 0.5);
-      }
+      if (own[b] || !beside) continue;
+      family.plausible = true;
+      const bool last = family.low % model_.absorptions + 1 == model_.absorptions;
+      family.high = last ? family.low : family.low + 1;
+      family.fraction = last ? 1.0 : 0.0;
     }
   }
   high_alpha_ = 0.0;
@@ -131,23 +127,48 @@ void Witness::find_plausible() noexcept {
   }
 }
 
-void Witness::find_plausible(Family& family, std::size_t first, double bar) noexcept {
-  const std::size_t last = first + model_.absorptions - 1;
-  const auto begin = misfit_.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(model_.absorptions);
-  const auto best = static_cast<std::size_t>(std::min_element(begin, end) - misfit_.begin());
-  family.plausible = misfit_[best] <= bar;
-  family.low = best;
-  while (family.low > first && misfit_[family.low - 1] <= bar) --family.low;
-  std::size_t inside = best;
-  while (inside < last && misfit_[inside + 1] <= bar) ++inside;
-  if (inside == last) {
-    family.high = inside;
-    family.fraction = 1.0;
-  } else {
-    family.high = inside + 1;
-    family.fraction = (bar - misfit_[inside]) / (misfit_[family.high] - misfit_[inside]);
+void Witness::Family::widen_to(const Family& other) noexcept {
+  if (!plausible) *this = other;
+  if (!plausible || !other.plausible) return;
+  low = std::min(low, other.low);
+  if (other.high > high || (other.high == high && other.fraction > fraction)) {
+    high = other.high;
+    fraction = other.fraction;
   }
+}
+
+Witness::Family Witness::plausible_by(const PerCurve& misfit, std::size_t first,
+                                      double bar) const noexcept {
+  const std::size_t last = first + model_.absorptions - 1;
+  const auto begin = misfit.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(model_.absorptions);
+  const auto best = static_cast<std::size_t>(std::min_element(begin, end) - misfit.begin());
+  if (misfit[best] > bar) {
+    return {.plausible = false, .low = best, .high = last, .fraction = 1.0};
+  }
+  Family family{.plausible = true, .low = best, .high = last, .fraction = 1.0};
+  while (family.low > first && misfit[family.low - 1] <= bar) --family.low;
+  std::size_t inside = best;
+  while (inside < last && misfit[inside + 1] <= bar) ++inside;
+  if (inside < last) {
+    family.high = inside + 1;
+    // The misfit grows as the square of the distance from the best alpha.
+    const auto distance = [&](double value) { return std::sqrt(value - misfit[best]); };
+    family.fraction = (distance(bar) - distance(misfit[inside])) /
+                      (distance(misfit[family.high]) - distance(misfit[inside]));
+  }
+  // The truth lies between nodes of a coarser grid: half a step where the best alpha is the only
+  // one.
+  if (model_.choroids > 1 && family.high == family.low + 1) {
+    family.fraction = std::max(family.fraction, 0.5);
+  }
+  return family;
+}
+
+Witness::Family Witness::counted(std::size_t b) const noexcept {
+  if (!suspicious_) return families_[b];
+  const std::size_t first = b * model_.absorptions;
+  return {.plausible = true, .low = first, .high = first + model_.absorptions - 1, .fraction = 1.0};
 }
 
 double Witness::peak_at_high(const Family& family, const Lags& lags) const noexcept {
@@ -166,7 +187,7 @@ double Witness::peak_high() const noexcept {
 double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < model_.choroids; ++b) {
-    const Family& family = families_[b];
+    const Family family = counted(b);
     if (!family.plausible) continue;
     least = std::min(least, (peak - peak_at_high(family, coasting)) / peak_at_high(family, held));
   }
@@ -181,10 +202,16 @@ double Witness::held_power_for_peak(double peak) const noexcept {
   return power_for(peak, coasting_2_, held_2_);
 }
 
+double Witness::late_power_for_peak(double peak, double before) const noexcept {
+  Lags coasting = coasting_2_;
+  for (std::size_t i = 0; i < kWitnessModes; ++i) coasting[i] += model_.decay[i] * before;
+  return power_for(peak, coasting, held_1_);
+}
+
 double Witness::steady_power(double peak) const noexcept {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < model_.choroids; ++b) {
-    const Family& family = families_[b];
+    const Family family = counted(b);
     if (!family.plausible) continue;
     least = std::min(least, peak / family.at_high(model_.steady_peak[family.high - 1],
                                                   model_.steady_peak[family.high]));

@@ -39,12 +39,14 @@ struct WitnessModel {
 /// How a sample compares with what the emitted power can have caused.
 struct WitnessResidual {
   double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions
-  double fit = 0.0;      ///< standard deviations from the best absorption
+  bool above = false;    ///< hotter than the span
 };
 
 /// The emitted power since the cold start fixes the temperature for every curve. Each curve is
-/// judged by its misfit J <- memory J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2;
-/// plausible are those with J <= J_min + 12.
+/// judged by its misfit J <- memory J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2,
+/// kept twice: by the samples of odd and of even number. Plausible is what either finds within its
+/// J_min + 12, so that no single sample, however wrong, can exclude the truth, and nothing is
+/// excluded before two samples agree.
 class Witness {
  public:
   Witness(const WitnessModel& model, double noise, double model_error) noexcept;
@@ -59,7 +61,11 @@ class Witness {
   /// Learns from a sample that was found usable.
   void learn(double volume_temperature) noexcept;
 
-  /// Largest plausible absorption factor; before the first sample the largest of the model.
+  /// After a sample far hotter than anything plausible, until one fits again: the tissue may have
+  /// changed, so the powers below count every absorption.
+  void suspect(bool suspicious) noexcept { suspicious_ = suspicious; }
+
+  /// Largest plausible absorption factor; before the second sample the largest of the model.
   double absorption_high() const noexcept { return high_alpha_; }
   /// Peak now at the hottest plausible absorption, K.
   double peak_high() const noexcept;
@@ -71,6 +77,8 @@ class Witness {
   double power_for_peak(double peak) const noexcept;
   /// The same after two periods of that power: what a device holds before its watchdog acts.
   double held_power_for_peak(double peak) const noexcept;
+  /// The same where the power comes one period late and `before`, W, lasts until then.
+  double late_power_for_peak(double peak, double before) const noexcept;
   /// Power that holds `peak`, K, for ever at the hottest plausible absorption.
   double steady_power(double peak) const noexcept;
 
@@ -87,6 +95,7 @@ class Witness {
     double at_high(double below, double above) const noexcept {
       return below + fraction * (above - below);
     }
+    void widen_to(const Family& other) noexcept;
   };
 
   std::size_t curves() const noexcept { return model_.absorptions * model_.choroids; }
@@ -94,7 +103,8 @@ class Witness {
   double power_for(double peak, const Lags& coasting, const Lags& held) const noexcept;
   double variance(std::size_t j) const noexcept;
   void find_plausible() noexcept;
-  void find_plausible(Family& family, std::size_t first, double bar) noexcept;
+  Family plausible_by(const PerCurve& misfit, std::size_t first, double bar) const noexcept;
+  Family counted(std::size_t b) const noexcept;
 
   WitnessModel model_;
   double noise_variance_;
@@ -105,8 +115,9 @@ class Witness {
   Lags held_1_{};      // what one period of 1 W adds: ones
   Lags held_2_{};      // two periods
   PerCurve volume_now_{};
-  PerCurve misfit_{};
-  std::size_t best_ = 0;
+  std::array<PerCurve, 2> misfit_{};  // by samples of even and of odd number
+  std::size_t next_ = 0;              // which of them the next sample enters
+  bool suspicious_ = false;
   std::array<Family, kWitnessChoroids> families_{};  // one per beta
   double high_alpha_ = 0.0;
 };

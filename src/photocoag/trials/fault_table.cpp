@@ -1,5 +1,7 @@
 #include "photocoag/trials/fault_table.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -61,6 +63,18 @@ void add_measurement(std::vector<FaultCase>& table) {
   stop("M6", "at the rail twice", Fault::kRail, 2, 1, {R::kSampleSaturated});
   go_on("M7", "spike of +25 K", Fault::kSpike, 1, R::kSampleRejected, 25.0);
   go_on("M7", "spike of -25 K", Fault::kSpike, 1, R::kSampleRejected, -25.0);
+  // Too small or too early to be told from another absorption: an estimator that believes one may
+  // be stopped as inconsistent.
+  for (const double size : {1.0, 2.0, 3.0, 6.0, 12.0}) {
+    for (const double sign : {1.0, -1.0}) {
+      table.push_back({.id = "M7",
+                       .what = fmt::format("spike of {:+g} K", sign * size),
+                       .injection = {.fault = Fault::kSpike, .value = sign * size},
+                       .demand = Demand::kGoOnOrStop,
+                       .reasons = {},
+                       .margin = 1.0});
+    }
+  }
   stop("M7", "3 spikes among 20", Fault::kSpike, 11, 10, {R::kSampleRejected, R::kMeasurementNoise},
        25.0);
   table.back().injection.every = 5;
@@ -183,6 +197,26 @@ void add_time_and_limits(std::vector<FaultCase>& table) {
                    .reasons = {R::kLimitsCorrupted}});
 }
 
+/// What cannot be seen from inside, or not before it has heated.
+void add_open_hazards(std::vector<FaultCase>& table) {
+  const auto open = [&](std::string id, std::string what, Injection injection) {
+    injection.count = kForEver;
+    table.push_back({.id = std::move(id),
+                     .what = std::move(what),
+                     .injection = injection,
+                     .demand = Demand::kReport,
+                     .reasons = {}});
+  };
+  open("O1", "laser x1.25, samples x0.8", {.fault = Fault::kGains, .laser = 1.25, .samples = 0.8});
+  open("O2", "readback x0.81, samples x0.8",
+       {.fault = Fault::kGains, .readback = 0.81, .samples = 0.8});
+  open("O3", "samples x0.7", {.fault = Fault::kGains, .samples = 0.7});
+  open("O4", "laser x1.19, readback as commanded", {.fault = Fault::kGains, .laser = 1.19});
+  open("O5", "readback x0.81", {.fault = Fault::kGains, .readback = 0.81});
+  open("O6", "alpha jumps to 1.5", {.fault = Fault::kJump, .value = 1.5});
+  open("O7", "alpha grows by 0.1 % per ms", {.fault = Fault::kDrift, .value = 1e-3});
+}
+
 }  // namespace
 
 std::vector<FaultCase> fault_table() {
@@ -191,6 +225,7 @@ std::vector<FaultCase> fault_table() {
   add_actuator(table);
   add_software(table);
   add_time_and_limits(table);
+  add_open_hazards(table);
   return table;
 }
 

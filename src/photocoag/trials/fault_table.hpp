@@ -17,6 +17,7 @@ enum class Demand : std::uint8_t {
   kDone,        ///< DONE
   kGoOn,        ///< noticed for one of `reasons`, and the treatment goes on
   kGoOnOrStop,  ///< either; the peak counts
+  kReport,      ///< an open hazard: the peak is reported, not judged
   kLegal,       ///< a number like any other, perhaps a wrong one: no estimate breaks
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,6 @@ namespace photocoag {
 
 /// What came of one treatment with a fault.
 struct TrialResult {
-  double absorption = 0.0;
-  int horizon = 0;
   std::uint64_t moment = 0;
   bool passed = false;
   bool detected = false;  ///< the supervisor noticed, for one of the reasons demanded
@@ -34,18 +33,23 @@ struct FaultRow {
   double peak = 0.0;  ///< K
   int false_stops = 0;
   std::string first_failure;
+  std::map<double, double> peak_at;  ///< K, by period, s
 };
 
 struct FaultOptions {
   bool supervised = true;         ///< false: the supervisor taken out
   std::size_t min_cells = 80000;  ///< of the eye
-  std::vector<double> absorptions = {0.5, 0.7363, 1.1};
+  std::vector<double> absorptions = {0.35, 0.5, 0.7363, 1.1, 1.5};
   std::vector<int> horizons = {2, 5};
-  std::string only;  ///< one id; empty: all
+  std::vector<double> periods = {1e-3, 4e-3};             ///< s
+  std::vector<double> open_periods = {1e-4, 1e-3, 4e-3};  ///< s, of the open hazards
+  std::vector<int> delays = {0, 1};                       ///< control.delay_cycles
+  std::vector<std::string> overrides;                     ///< of the configuration
+  std::string only;                                       ///< one id; empty: all
 };
 
-/// Runs all cases at cycles 0, 1, 5, when the limit is first approached, and at steady state.
-/// Throws Error on set-up. `progress`: fraction done.
+/// Runs all cases at cycles 0 to 5, when the limit is first approached, and at steady state, for
+/// all combinations of the options' lists. Throws Error on set-up. `progress`: fraction done.
 std::vector<FaultRow> run_fault_table(const FaultOptions& options,
                                       const std::function<void(double)>& progress = {});
 
