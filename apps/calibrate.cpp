@@ -1,6 +1,8 @@
 // `photocoag calibrate`: a calibration curve from heating data.
 #include <fmt/format.h>
 
+#include "configured.hpp"
+#include "console.hpp"
 #include "device_commands.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -12,7 +14,7 @@ namespace photocoag {
 
 int calibrate_command(const CalibrateOptions& options) {
   if (!options.example.empty()) {
-    const Config config = load_config(options.config, options.set);
+    const Config config = configured(Use::kCalibrate, options.config, options.set);
     constexpr double kPulseNoise = 0.91;  // K
     const std::string& curve = config.photoacoustics.eye_calibration.empty()
                                    ? config.photoacoustics.calibration
@@ -20,8 +22,7 @@ int calibrate_command(const CalibrateOptions& options) {
     write_file(options.example,
                example_heating_data(load_curve(curve), config.tissue.ambient_celsius, kPulseNoise,
                                     options.rows, config.run.seed));
-    fmt::print(stderr, "written   {}: {} pulses of a simulated transducer\n", options.example,
-               options.rows);
+    say("written   {}: {} pulses of a simulated transducer\n", options.example, options.rows);
     if (options.data.empty()) return 0;
   }
   if (options.data.empty()) {
@@ -29,31 +30,29 @@ int calibrate_command(const CalibrateOptions& options) {
                            .problem = "missing",
                            .accepted = "a CSV file with temperature_C, amplitude, energy_uJ"});
   }
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
   const std::vector<CalibrationPoint> points = load_heating_data(options.data);
   const Calibration found = fit_calibration(points, options.degree);
-  fmt::print("{} pulses from {:g} to {:g} deg C\n", points.size(), found.curve.valid_from_celsius,
-             found.curve.valid_to_celsius);
+  print("{} pulses from {:g} to {:g} deg C\n", points.size(), found.curve.valid_from_celsius,
+        found.curve.valid_to_celsius);
   for (std::size_t d = 0; d < found.left_out.size(); ++d) {
-    fmt::print("degree {}: {:.2f} % rms of points left out of the fit{}\n", d + 1,
-               100.0 * found.left_out[d],
-               static_cast<int>(d) + 1 == found.degree ? "   <- used" : "");
+    print("degree {}: {:.2f} % rms of points left out of the fit{}\n", d + 1,
+          100.0 * found.left_out[d], static_cast<int>(d) + 1 == found.degree ? "   <- used" : "");
   }
-  fmt::print("residuals: {:.2f} % rms of amplitude/energy; {:.3f} K rms, {:.2f} K at most\n",
-             100.0 * found.residual_relative, found.residual, found.residual_max);
-  fmt::print("{:>16} {:>7} {:>8} {:>8}   measured minus true, K\n", "deg C", "pulses", "mean",
-             "sigma");
+  print("residuals: {:.2f} % rms of amplitude/energy; {:.3f} K rms, {:.2f} K at most\n",
+        100.0 * found.residual_relative, found.residual, found.residual_max);
+  print("{:>16} {:>7} {:>8} {:>8}   measured minus true, K\n", "deg C", "pulses", "mean", "sigma");
   for (const CalibrationBin& bin : found.bins) {
-    fmt::print("{:>7.1f} {:>8.1f} {:>7} {:>8.3f} {:>8.3f}\n", bin.from_celsius, bin.to_celsius,
-               bin.points, bin.mean, bin.sigma);
+    print("{:>7.1f} {:>8.1f} {:>7} {:>8.3f} {:>8.3f}\n", bin.from_celsius, bin.to_celsius,
+          bin.points, bin.mean, bin.sigma);
   }
   const std::string curve = to_toml(found.curve);
   if (options.out.empty()) {
-    fmt::print("\n{}", curve);
+    print("\n{}", curve);
   } else {
     write_file(options.out, curve);
-    fmt::print(stderr, "written   {}: use it with --set photoacoustics.calibration={}\n",
-               options.out, options.out);
+    say("written   {}: use it with --set photoacoustics.calibration={}\n", options.out,
+        options.out);
   }
   return 0;
 }

@@ -1,11 +1,14 @@
 // `photocoag campaign`: thousands of virtual spots, on all cores and ranks.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 
+#include "console.hpp"
+#include "options.hpp"
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/run_campaign.hpp"
@@ -31,22 +34,22 @@ int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
                            .found = std::to_string(*options.replay),
                            .accepted = fmt::format("0 to {}", campaign.spots - 1)});
   }
-  const fs::path folder =
-      options.out.empty() ? new_run_folder(*options.replay) : fs::path(options.out);
-  check_run_folder(folder);
+  if (!options.out.empty()) check_run_folder(options.out);
   const SpotModels models = make_spot_models(campaign, !options.no_cache);
   SpotRunner runner(campaign, models);
   const SpotRecord record = runner.run(*options.replay);
-  open_run_folder(folder, runner.config());
+  const ClaimedFolder claimed = options.out.empty() ? open_new_run_folder(runner.config())
+                                                    : open_run_folder(options.out, runner.config());
+  const fs::path& folder = claimed.path();
   write_run(folder, runner.config(), runner.treatment());
   write_report(folder);
   for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {
-    fmt::print("{} = {}\n", campaign.inputs[i].key, record.inputs[i]);
+    print("{} = {}\n", campaign.inputs[i].key, record.inputs[i]);
   }
   for (std::size_t i = 0; i < outcome_columns().size(); ++i) {
-    fmt::print("{} = {}\n", outcome_columns()[i].name, record.outcomes[i]);
+    print("{} = {}\n", outcome_columns()[i].name, record.outcomes[i]);
   }
-  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+  say("report    {}\n", (folder / "report.html").string());
   return 0;
 }
 
@@ -83,28 +86,27 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
                campaign_markdown(campaign, result.spots, result.full_order_states));
   }
   const CampaignSummary summary = summarize_campaign(result.spots);
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print(stderr,
-             "spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
-             result.spots.size(), campaign.spots, result.computed, result.seconds,
-             result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
-             ranks.size(), ranks.size() == 1 ? "" : "s");
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  say("spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
+      result.spots.size(), campaign.spots, result.computed, result.seconds,
+      result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
+      ranks.size(), ranks.size() == 1 ? "" : "s");
   if (ranks.size() == 1 && result.cpu_seconds > 0.0) {
-    fmt::print(stderr, "          {:.0f} per second of processor time\n",
-               static_cast<double>(result.computed) / result.cpu_seconds);
+    say("          {:.0f} per second of processor time\n",
+        static_cast<double>(result.computed) / result.cpu_seconds);
   }
-  fmt::print(stderr, "limit     exceeded in {} spots: {:.4g} %, 95 % interval {:.4g} to {:.4g} %\n",
-             summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
-             100.0 * summary.probability_high);
-  fmt::print(stderr, "held      {:+.3f} +- {:.3f} K from the reference; {} spots never at 95 %\n",
-             summary.held_mean_K, summary.held_deviation_K, summary.never_reached);
+  say("limit     exceeded in {} spots: {:.4g} %, 95 % interval {:.4g} to {:.4g} %\n",
+      summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
+      100.0 * summary.probability_high);
+  say("held      {:+.3f} +- {:.3f} K from the reference; {} spots never at 95 %\n",
+      summary.held_mean_K, summary.held_deviation_K, summary.never_reached);
   if (campaign.config.safety.supervised) {
-    fmt::print(stderr, "stopped   {} spots by the supervisor\n", summary.stopped);
+    say("stopped   {} spots by the supervisor\n", summary.stopped);
   }
-  fmt::print(stderr, "results   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
-             (request.out / "index.html").string());
+  say("results   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
+      (request.out / "index.html").string());
   if (!result.complete) {
-    fmt::print(stderr, "STOPPED   the same command continues where this one stopped\n");
+    say("STOPPED   the same command continues where this one stopped\n");
     return 1;
   }
   return 0;
@@ -118,7 +120,7 @@ int campaign_command(const CampaignCommandOptions& options) {
     return run_ranks(options, ranks);
   } catch (const std::exception& error) {
     if (ranks.size() == 1) throw;
-    fmt::print(stderr, "photocoag: rank {}: {}\n", ranks.rank(), error.what());
+    say("photocoag: rank {}: {}\n", ranks.rank(), error.what());
     std::fflush(stderr);
     ranks.abort(kExitBadInput);  // the others wait for this one
   }
@@ -134,11 +136,12 @@ void add_campaign(CLI::App& app, int& exit_code) {
                    "folder, new, empty, or that of the same campaign, which is continued")
       ->type_name("DIR");
   command->add_option("--threads", options->threads, "per rank; default: all cores it may use")
-      ->check(CLI::Range(1, 1024))
+      ->check(whole_number_from(1, 1024))
       ->type_name("N");
   command
       ->add_option("--replay", options->replay,
                    "only this spot, to the bit, with a run folder and a report")
+      ->check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
       ->type_name("SPOT");
   command->add_flag("--no-cache", options->no_cache, "make the reduced model anew");
   command->footer(fmt::format(

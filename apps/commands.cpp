@@ -1,7 +1,6 @@
 #include "commands.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +11,8 @@
 #include <iterator>
 #include <optional>
 
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -46,17 +47,8 @@ Progress progress_bar(std::string label) {
       [label](std::string_view stage, double fraction) { draw_progress(label, fraction, stage); };
 }
 
-void write_output(const std::string& path, const std::string& text) {
-  if (path != "-") return write_file(path, text);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw Error(ErrorParts{.where = "standard output", .problem = "cannot be written"});
-  }
-}
-
 void print_error_report(const ReducedModel& model) {
-  fmt::print(
-      stderr,
-      "model     {}{}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
+  say("model     {}{}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
       "volume temperature (absorption factor {:g} to {:g}{})\n",
       model.method, model.refinement == "none" ? "" : ", refined", model.order(),
       model.period * 1e3, 100.0 * model.error.peak_max(), 100.0 * model.error.volume_max(),
@@ -69,8 +61,7 @@ void print_error_report(const ReducedModel& model) {
 // One line per alpha; with two parameters one per beta, the worst of all alpha.
 void print_error_table(const ErrorReport& error) {
   const bool two = !error.choroid_factors.empty();
-  fmt::print(
-      stderr, "{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
+  say("{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
       two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "", error.duration * 1e3);
   const std::vector<double>& along = two ? error.choroid_factors : error.absorption_factors;
   for (std::size_t i = 0; i < along.size();) {
@@ -81,19 +72,17 @@ void print_error_table(const ErrorReport& error) {
       peak = std::max(peak, error.peak[i]);
       volume = std::max(volume, error.volume[i]);
     }
-    fmt::print(stderr, "{:5.2f}     {:12.3f}  {:14.3f}\n", at, 100.0 * peak, 100.0 * volume);
+    say("{:5.2f}     {:12.3f}  {:14.3f}\n", at, 100.0 * peak, 100.0 * volume);
   }
 }
 
 void print_certificate(const ReducedModel& model, const FullOrderModel& full) {
   if (!model.certificate) {
-    fmt::print(stderr, "no bound  {}\n", why_uncertified(full, model.discretization));
+    say("no bound  {}\n", why_uncertified(full, model.discretization));
     return;
   }
   const ErrorCertificate& certificate = *model.certificate;
-  fmt::print(
-      stderr,
-      "proved    cold start, any power from 0 to u_max: within {:.2f} % (peak) and {:.2f} % "
+  say("proved    cold start, any power from 0 to u_max: within {:.2f} % (peak) and {:.2f} % "
       "(volume) of what u_max reaches in the end; in the first {:g} ms {:.2f} % and {:.2f} %\n",
       100.0 * certificate.peak.relative_max(), 100.0 * certificate.volume.relative_max(),
       certificate.treatment_duration * 1e3, 100.0 * certificate.peak.treatment_relative_max(),
@@ -104,56 +93,64 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   const RunSummaryNumbers numbers = summarize(config, treatment);
   if (!numbers.stopped_for.empty()) {
     const bool dark = numbers.dark_since < treatment.records.size();
-    fmt::print(stderr, "STOPPED   {}: {}\n", numbers.stopped_for,
+    say("STOPPED   {}: {}\n", numbers.stopped_for,
                dark ? fmt::format("the laser is at 0 W since cycle {}", numbers.dark_since)
                     : std::string("light in the last cycle recorded"));
   }
-  fmt::print(stderr, "result    peak at most {:.2f} K, limit {:g} K {}\n", numbers.peak_true_max,
-             numbers.limit,
-             numbers.limit_violations == 0
-                 ? std::string("not exceeded")
-                 : fmt::format("EXCEEDED in {} cycles", numbers.limit_violations));
-  if (numbers.time_to_95_percent) {
-    fmt::print(stderr, "          95 % of {:g} K after {:g} ms", config.control.peak_reference,
-               *numbers.time_to_95_percent * 1e3);
+  if (!numbers.truth_known) {
+    say("result    estimated peak at most {:.2f} K, limit {:g} K; the true one is not known\n",
+        numbers.peak_estimate_max, numbers.limit);
   } else {
-    fmt::print(stderr, "          95 % of {:g} K never reached", config.control.peak_reference);
+    say("result    peak at most {:.2f} K, limit {:g} K {}\n", numbers.peak_true_max, numbers.limit,
+        numbers.limit_violations == 0
+            ? std::string("not exceeded")
+            : fmt::format("EXCEEDED in {} cycles", numbers.limit_violations));
+  }
+  if (numbers.time_to_95_percent) {
+    say("          95 % of {:g} K after {:g} ms", config.control.peak_reference,
+        *numbers.time_to_95_percent * 1e3);
+  } else {
+    say("          95 % of {:g} K {}", config.control.peak_reference,
+        numbers.truth_known ? "never reached" : "not known to be reached");
   }
   if (numbers.rms_error_after_50_ms) {
-    fmt::print(stderr, "; RMS error after 50 ms {:.2f} K", *numbers.rms_error_after_50_ms);
+    say("; RMS error after 50 ms {:.2f} K", *numbers.rms_error_after_50_ms);
   }
+  say("\n");
   if (!treatment.records.empty()) {
-    fmt::print(stderr, "\n          absorption factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
-               treatment.records.back().estimate.absorption_factor, config.plant.absorption_factor,
-               100.0 * numbers.absorption_error_final);
+    say("          absorption factor {:.3f} estimated{}\n",
+        treatment.records.back().estimate.absorption_factor,
+        numbers.absorption_error_final
+            ? fmt::format(", {:g} true ({:+.1f} %)", config.plant.absorption_factor,
+                          100.0 * *numbers.absorption_error_final)
+            : std::string());
   }
   if (numbers.choroid_error_final) {
-    fmt::print(stderr, "          choroid factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
-               treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
-               100.0 * *numbers.choroid_error_final);
+    say("          choroid factor {:.3f} estimated, {:g} true ({:+.1f} %)\n",
+        treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
+        100.0 * *numbers.choroid_error_final);
   }
   const std::int64_t late = treatment.outcome.safety.late_commands;
-  fmt::print(stderr, "          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n",
+  say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n",
              treatment.outcome.cycles, treatment.outcome.overruns,
              late > 0 ? fmt::format("{} commands late, ", late) : "", treatment.wall_seconds * 1e3,
              treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
   if (treatment.device && treatment.device->lockstep) {
-    fmt::print(stderr, "pacing    {}\n", treatment.device->pacing);
+    say("pacing    {}\n", treatment.device->pacing);
   }
   if (config.run.goal != Goal::kDuration) {
-    fmt::print(stderr, "goal      {}: {:g} ms held, thermal dose {:.3g}\n",
-               treatment.outcome.goal_reached ? "reached" : "NOT reached",
-               treatment.goal.held() * 1e3, treatment.goal.dose());
+    say("goal      {}: {:g} ms held, thermal dose {:.3g}\n",
+        treatment.outcome.goal_reached ? "reached" : "NOT reached", treatment.goal.held() * 1e3,
+        treatment.goal.dose());
   }
   if (!treatment.log.trouble.empty()) {
-    fmt::print(stderr, "ALARM     the log is not complete: {}\n", treatment.log.trouble);
+    say("ALARM     the log is not complete: {}\n", treatment.log.trouble);
   }
-  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+  say("report    {}\n", (folder / "report.html").string());
 }
 
 void print_margin(const TissueMargin& margin, const Config& controlled) {
-  fmt::print(stderr,
-             "margin    of {} eyes the worst reaches {:.2f} K ({})\n"
+  say("margin    of {} eyes the worst reaches {:.2f} K ({})\n"
              "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K{}: then {:.2f} K\n",
              margin.eyes, margin.peak_unprotected, margin.worst, margin.factor,
              controlled.control.peak_reference, controlled.control.peak_max,
@@ -164,37 +161,38 @@ void print_margin(const TissueMargin& margin, const Config& controlled) {
              margin.peak_protected);
 }
 
+Use use_of(Pacing pacing, const std::optional<DeviceAddress>& device) {
+  if (device) return device->eye() ? Use::kTreatEye : Use::kTreatDriver;
+  return pacing == Pacing::kClock ? Use::kTreat : Use::kSimulate;
+}
+
 int run(const RunOptions& options, Pacing pacing) {
   std::vector<std::string> overrides = options.set;
   if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
-  Config config = load_config(options.config, overrides);
   std::optional<DeviceAddress> device;
-  if (!options.device.empty()) {
-    device = parse_device(options.device);
-    config = for_device(config, *device);
-  }
+  if (!options.device.empty()) device = parse_device(options.device);
+  Config config = configured(use_of(pacing, device), options.config, overrides);
+  if (device) config = for_device(config, *device);
   if (!options.faults.empty() && !(device && device->own_process)) {
     throw Error(ErrorParts{.where = "--fault", .accepted = "together with --device eye"});
   }
-  const fs::path folder =
-      options.out.empty() ? new_run_folder(config.run.seed) : fs::path(options.out);
-  check_run_folder(folder);
+  if (!options.out.empty()) check_run_folder(options.out);
   if (pacing == Pacing::kClock) require_real_time(config);
 
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   if (config.plant.model == PlantModel::kFull && !device) models.plant_full();
   clear_progress();
   print_error_report(model);
   if (device) {
-    fmt::print(stderr, "device    {}\n", options.device);
+    say("device    {}\n", options.device);
   } else {
-    fmt::print(stderr, "eye       {}, absorption factor {:g} (the controller is not told)\n",
-               config.plant.model == PlantModel::kFull
-                   ? fmt::format("full order, {} states", models.plant_full()->states())
-                   : std::string("reduced model"),
-               config.plant.absorption_factor);
+    say("eye       {}, absorption factor {:g} (the controller is not told)\n",
+        config.plant.model == PlantModel::kFull
+            ? fmt::format("full order, {} states", models.plant_full()->states())
+            : std::string("reduced model"),
+        config.plant.absorption_factor);
   }
 
   Config controlled = config;
@@ -204,13 +202,15 @@ int run(const RunOptions& options, Pacing pacing) {
     if (margin.needed() || config.uncertainty.declared()) print_margin(margin, controlled);
   }
   if (!config.safety.supervised) {
-    fmt::print(stderr, "WARNING   no supervisor (safety.supervisor = off)\n");
+    say("WARNING   no supervisor (safety.supervisor = off)\n");
   } else if (pacing == Pacing::kClock && config.safety.real_time == RealTimeMode::kObserve) {
-    fmt::print(stderr, "observe   real time is not enforced: for a simulated eye only\n");
+    say("observe   real time is not enforced: for a simulated eye only\n");
   }
 
   // From here on the run has a place, whatever happens later.
-  open_run_folder(folder, config);
+  const ClaimedFolder claimed =
+      options.out.empty() ? open_new_run_folder(config) : open_run_folder(options.out, config);
+  const fs::path& folder = claimed.path();
   stop_on_signals();
   std::atomic<std::size_t> done{0};
   Treatment treatment;
@@ -238,7 +238,7 @@ int run(const RunOptions& options, Pacing pacing) {
     write_report(folder);
   } catch (const Error& error) {
     complete = false;  // the treatment is over: what could be written is there
-    fmt::print(stderr, "photocoag: the run folder is not complete: {}\n", error.what());
+    say("photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
   if (device && is_device_fault(treatment.outcome.safety.reason)) return kExitDeviceFault;
@@ -251,7 +251,7 @@ int treat(const RunOptions& options) {
   try {
     return run(options, Pacing::kClock);
   } catch (const DeviceError& error) {
-    fmt::print(stderr, "photocoag: {}\n", error.what());
+    say("photocoag: {}\n", error.what());
     return kExitDeviceFault;
   }
 }
@@ -259,7 +259,9 @@ int treat(const RunOptions& options) {
 int simulate(const RunOptions& options) { return run(options, Pacing::kVirtualTime); }
 
 int response(const ResponseOptions& options) {
-  const Config config = load_config(options.config, options.set);
+  const Config config =
+      configured(options.model == "full" ? Use::kResponseFull : Use::kResponseReduced,
+                 options.config, options.set);
   ascending_times(options.times);  // refuse bad times before the models are built
   if (options.model == "full" && !options.rom.empty()) {
     throw Error(ErrorParts{.where = "--rom",
@@ -301,45 +303,43 @@ int reduce_command(const ReduceOptions& options) {
   std::vector<std::string> overrides = options.set;
   if (!options.method.empty()) overrides.push_back("model.method=" + options.method);
   if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
-  const Config config = load_config(options.config, overrides);
+  const Config config = configured(Use::kReduce, options.config, overrides);
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
   const ReducedModel model = reduce(full, config.model.reduction, config.control.period,
                                     config.model.discretization, progress_bar("reducing"));
   clear_progress();
   write_output(options.out, to_json(model));
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print(stderr, "full      {} states ({} radial x {} axial cells)\n", full->states(),
-             full->grid().radial.cells(), full->grid().axial.cells());
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  say("full      {} states ({} radial x {} axial cells)\n", full->states(),
+      full->grid().radial.cells(), full->grid().axial.cells());
   print_error_report(model);
   print_certificate(model, *full);
   print_error_table(model.error);
-  if (options.out != "-") fmt::print(stderr, "written   {}\n", options.out);
+  if (options.out != "-") say("written   {}\n", options.out);
   return 0;
 }
 
 int boundaries(const CommonOptions& options) {
-  const Config config = load_config(options.config, options.set);
+  const Config config = configured(Use::kBoundaries, options.config, options.set);
   constexpr double kSteady =
       1000.0;  // s: many times the slowest time constant of any sensible domain
   constexpr double kLarge = 0.01;
   const std::vector<double> times = {0.1, 0.4, kSteady};
   const std::vector<BoundaryEffect> effects =
       boundary_effects(config.tissue, config.grid, config.plant.absorption(), times);
-  fmt::print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
-  fmt::print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
+  print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
+  print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
   bool large = false;
   for (const BoundaryEffect& effect : effects) {
-    fmt::print("{:<8} {:<30}", effect.boundary, effect.moved);
+    print("{:<8} {:<30}", effect.boundary, effect.moved);
     for (const double change : effect.change) {
-      fmt::print(" {:8.2f}", 100.0 * change);
+      print(" {:8.2f}", 100.0 * change);
       large = large || std::abs(change) > kLarge;
     }
-    fmt::print("\n");
+    print("\n");
   }
   if (large) {
-    fmt::print(
-        stderr,
-        "warning   a change above 1 %: the model's long treatments are too cold by so much, and "
+    say("warning   a change above 1 %: the model's long treatments are too cold by so much, and "
         "its "
         "reference power too high; move that boundary out (the front: a layer of vitreous)\n");
   }

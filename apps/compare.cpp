@@ -6,8 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -35,29 +38,29 @@ std::string percent(const ComparisonRow& row) {
 void print_rows(const std::vector<ComparisonRow>& rows, std::size_t columns,
                 std::string (*label)(const ReductionSettings&)) {
   for (std::size_t first = 0; first + columns <= rows.size(); first += columns) {
-    fmt::print("{:<20}", label(rows[first].settings));
-    for (std::size_t i = first; i < first + columns; ++i) fmt::print("{:>9}", percent(rows[i]));
-    fmt::print("\n");
+    print("{:<20}", label(rows[first].settings));
+    for (std::size_t i = first; i < first + columns; ++i) print("{:>9}", percent(rows[i]));
+    print("\n");
   }
 }
 
 void print_tables(const Comparison& comparison) {
-  fmt::print("Largest error in % (peak or volume) against the number of states\n{:<20}", "");
-  for (int order = kFirstOrder; order <= kLastOrder; ++order) fmt::print("{:>9}", order);
-  fmt::print("\n");
+  print("Largest error in % (peak or volume) against the number of states\n{:<20}", "");
+  for (int order = kFirstOrder; order <= kLastOrder; ++order) print("{:>9}", order);
+  print("\n");
   print_rows(comparison.methods, kLastOrder - kFirstOrder + 1,
              [](const ReductionSettings& s) { return s.name(); });
   if (std::any_of(comparison.methods.begin(), comparison.methods.end(),
                   [](const ComparisonRow& row) { return !row.refused.empty(); })) {
-    fmt::print("* a controller would refuse this model: verify() in rom/reduced_model.hpp\n");
+    print("* a controller would refuse this model: verify() in rom/reduced_model.hpp\n");
   }
-  fmt::print("\n");
+  print("\n");
   const std::size_t terms = comparison.dependences.size() / kParameterDependenceWords.size();
-  fmt::print("Largest error in %, POD basis of 14 states, against the number of terms\n{:<20}", "");
+  print("Largest error in %, POD basis of 14 states, against the number of terms\n{:<20}", "");
   for (std::size_t i = 0; i < terms; ++i) {
-    fmt::print("{:>9}", comparison.dependences[i].settings.parameter_terms);
+    print("{:>9}", comparison.dependences[i].settings.parameter_terms);
   }
-  fmt::print("\n");
+  print("\n");
   print_rows(comparison.dependences, terms, [](const ReductionSettings& s) {
     return std::string(to_string(s.parameter_dependence));
   });
@@ -120,35 +123,34 @@ void print_verdict(const Comparison& comparison) {
   }
   const double deim = comparison.error(ReductionMethod::kPodDeim, kOrder);
   const double taylor = comparison.error(ReductionMethod::kTaylor, kOrder);
-  fmt::print("\nThe paper's statement: global basis and DEIM are superior to the Taylor series.\n");
-  fmt::print(
-      "  {} at order {}, 5 terms each: {:.2f} % against {:.2f} %; better at {} of {} orders\n",
-      deim < taylor ? "CONFIRMED" : "NOT CONFIRMED", kOrder, 100.0 * deim, 100.0 * taylor, wins,
-      kLastOrder - kFirstOrder + 1);
-  fmt::print("  parameter dependence alone (POD basis, 14 states):");
+  print("\nThe paper's statement: global basis and DEIM are superior to the Taylor series.\n");
+  print("  {} at order {}, 5 terms each: {:.2f} % against {:.2f} %; better at {} of {} orders\n",
+        deim < taylor ? "CONFIRMED" : "NOT CONFIRMED", kOrder, 100.0 * deim, 100.0 * taylor, wins,
+        kLastOrder - kFirstOrder + 1);
+  print("  parameter dependence alone (POD basis, 14 states):");
   for (const int terms : {2, 3, 4, 5}) {
-    fmt::print(" {} terms {:.3g} % against {:.3g} %{}", terms,
-               100.0 * comparison.error(ParameterDependence::kDeim, terms),
-               100.0 * comparison.error(ParameterDependence::kTaylor, terms),
-               terms == 5 ? "\n" : ";");
+    print(" {} terms {:.3g} % against {:.3g} %{}", terms,
+          100.0 * comparison.error(ParameterDependence::kDeim, terms),
+          100.0 * comparison.error(ParameterDependence::kTaylor, terms), terms == 5 ? "\n" : ";");
   }
 }
 
 }  // namespace
 
 int compare_command(const ReduceOptions& options) {
-  const Config config = load_config(options.config, options.set);
+  const Config config = configured(Use::kCompareReductions, options.config, options.set);
   const bool csv_only = fs::path(options.out).extension() == ".csv";
-  if (!options.out.empty() && !csv_only) check_run_folder(options.out);  // before the work
+  std::optional<ClaimedFolder> claimed;  // before the work
+  if (!options.out.empty() && !csv_only) claimed.emplace(options.out);
   const double period = config.control.period;
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
   const Comparison comparison = compare_reductions(
       full, period, config.model.discretization,
       [](std::string_view stage, double fraction) { draw_progress("comparing", fraction, stage); });
   clear_progress();
-  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print("{} states, {:g} ms, alpha 0.30 to 1.70, constant and on/off power, 400 ms\n\n",
-             full->states(), period * 1e3);
+  print("photocoag {}: {}\n", version(), kResearchNotice);
+  print("{} states, {:g} ms, alpha 0.30 to 1.70, constant and on/off power, 400 ms\n\n",
+        full->states(), period * 1e3);
   print_tables(comparison);
   print_verdict(comparison);
   if (options.out.empty()) return 0;
@@ -156,12 +158,11 @@ int compare_command(const ReduceOptions& options) {
     write_file(options.out, csv(comparison, period));
     return 0;
   }
-  fs::create_directories(options.out);
   const Figure drawing = figure(comparison, period);
   write_file((fs::path(options.out) / "comparison.csv").string(), csv(comparison, period));
   write_file((fs::path(options.out) / "comparison.svg").string(),
              render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
-  fmt::print(stderr, "written   {0}/comparison.csv, {0}/comparison.svg\n", options.out);
+  say("written   {0}/comparison.csv, {0}/comparison.svg\n", options.out);
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/recover.hpp"
@@ -16,11 +17,11 @@ namespace fs = std::filesystem;
 
 void recover(const fs::path& folder) {
   const LogContent log = recover_run(folder);
-  for (const std::string& remark : log.remarks) fmt::print(stderr, "remark    {}\n", remark);
-  fmt::print(stderr, "recovered {} cycles of {} planned; the log was {}\n", log.records.size(),
-             log.header.planned_cycles, log.closed ? "closed" : "not closed");
+  for (const std::string& remark : log.remarks) say("remark    {}\n", remark);
+  say("recovered {} cycles of {} planned; the log was {}\n", log.records.size(),
+      log.header.planned_cycles, log.closed ? "closed" : "not closed");
   write_report(folder);
-  fmt::print(stderr, "report    {}\n", (folder / "report.html").string());
+  say("report    {}\n", (folder / "report.html").string());
 }
 
 Table table_of_paths(const std::vector<std::string>& paths) {
@@ -38,8 +39,11 @@ Table table_of_paths(const std::vector<std::string>& paths) {
     }
   }
   const LogContent log = read_segments(segments);
-  for (const std::string& remark : log.remarks) fmt::print(stderr, "remark    {}\n", remark);
-  return table_of(log);
+  for (const std::string& remark : log.remarks) say("remark    {}\n", remark);
+  Table table = table_of(log);
+  const fs::path run = fs::path(paths.front()) / "run.csv";
+  if (paths.size() == 1 && fs::exists(run)) add_truth(table, table_of_csv(run));
+  return table;
 }
 
 }  // namespace
@@ -60,10 +64,10 @@ int convert_command(const ConvertOptions& options) {
                            .accepted = "--csv, --hdf5, --mat or --recover"});
   }
   const Table table = table_of_paths(options.paths);
-  if (!options.csv.empty()) write_csv(options.csv, table);
+  if (!options.csv.empty()) write_output(options.csv, csv_text(table));
   if (!options.hdf5.empty()) write_hdf5(options.hdf5, table);
   if (!options.mat.empty()) write_mat(options.mat, table);
-  fmt::print(stderr, "{} cycles, {} columns\n", table.rows(), table.columns.size());
+  say("{} cycles, {} columns\n", table.rows(), table.columns.size());
   return 0;
 }
 

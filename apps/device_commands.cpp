@@ -5,26 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 
 namespace photocoag {
-namespace {
-
-void add_common(CLI::App& command, CommonOptions& options) {
-  command.add_option("--config", options.config, "TOML file; without it the defaults")
-      ->type_name("FILE");
-  command.add_option("--set", options.set, "one key of the configuration; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-}
-
-std::string footer(std::string_view examples) {
-  return fmt::format("Examples:\n{}\nExit code: 0 good; 2 bad input; 3 device fault.\n{}", examples,
-                     kResearchNotice);
-}
-
-}  // namespace
-
 void add_device_commands(CLI::App& app, int& exit_code) {
   const auto eye_options = std::make_shared<EyeOptions>();
   CLI::App* eye_app = app.add_subcommand(
@@ -64,14 +48,14 @@ void add_device_commands(CLI::App& app, int& exit_code) {
   calibrate_app
       ->add_option("--degree", calibrate_options->degree,
                    "of the polynomial; 0: the smallest of 1 to 3 that predicts well")
-      ->check(CLI::Range(0, 5))
+      ->check(whole_number_from(0, 5))
       ->type_name("d");
   calibrate_app
       ->add_option("--example", calibrate_options->example,
                    "first write data of the simulated transducer to this file")
       ->type_name("FILE");
   calibrate_app->add_option("--rows", calibrate_options->rows, "pulses of the example")
-      ->check(CLI::Range(8, 1000000))
+      ->check(whole_number_from(8, 1000000))
       ->type_name("n");
   calibrate_app->footer(
       footer("  photocoag calibrate --example heating.csv\n"

@@ -4,9 +4,12 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
@@ -27,15 +30,15 @@ std::string_view name(Discretization how) {
 }
 
 void print_table(const std::vector<SchemeErrors>& all) {
-  fmt::print("peak in K for 1 W       steps{:>10}{:>16}{:>9}{:>12}{:>9}\n", "exact",
-             "implicit Euler", "%", "TR-BDF2", "%");
+  print("peak in K for 1 W       steps{:>10}{:>16}{:>9}{:>12}{:>9}\n", "exact", "implicit Euler",
+        "%", "TR-BDF2", "%");
   for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
     for (const std::size_t steps : {1U, 2U, 3U, 4U, 5U, 10U, 20U, 50U, 100U}) {
-      fmt::print("{:<20}{:>9}{:>10.2f}", fmt::format("{:g} ms", all[i].period * 1e3), steps,
-                 all[i].exact[steps - 1].peak);
-      fmt::print("{:>16.2f}{:>9.2f}{:>12.2f}{:>9.2f}\n", all[i].stepped[steps - 1].peak,
-                 100.0 * all[i].peak(steps), all[i + 1].stepped[steps - 1].peak,
-                 100.0 * all[i + 1].peak(steps));
+      print("{:<20}{:>9}{:>10.2f}", fmt::format("{:g} ms", all[i].period * 1e3), steps,
+            all[i].exact[steps - 1].peak);
+      print("{:>16.2f}{:>9.2f}{:>12.2f}{:>9.2f}\n", all[i].stepped[steps - 1].peak,
+            100.0 * all[i].peak(steps), all[i + 1].stepped[steps - 1].peak,
+            100.0 * all[i + 1].peak(steps));
     }
   }
 }
@@ -101,28 +104,28 @@ Figure figure(const std::vector<SchemeErrors>& all) {
 }  // namespace
 
 int discretizations(const DiscretizationsOptions& options) {
-  const Config config = load_config(options.config, options.set);
-  if (!options.out.empty()) check_run_folder(options.out);  // before the work
+  const Config config = configured(Use::kSchemeErrors, options.config, options.set);
+  std::optional<ClaimedFolder> claimed;  // before the work
+  if (!options.out.empty()) claimed.emplace(options.out);
   const double alpha = config.plant.absorption_factor;
   const auto full = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
   const std::vector<SchemeErrors> all =
       scheme_errors(full, config.plant.absorption(), {1e-3, 4e-3}, kSteps);
-  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print("{} states, absorption factor {:g}, constant power from cold tissue\n\n",
-             full->states(), alpha);
+  print("photocoag {}: {}\n", version(), kResearchNotice);
+  print("{} states, absorption factor {:g}, constant power from cold tissue\n\n", full->states(),
+        alpha);
   print_table(all);
-  fmt::print(
+  print(
       "\nAfter the first step the paper's implicit Euler is {:.1f} % {} at 1 ms and {:.1f} % "
       "{} at 4 ms.\n",
       100.0 * std::abs(all[0].peak(1)), all[0].peak(1) < 0.0 ? "low" : "high",
       100.0 * std::abs(all[2].peak(1)), all[2].peak(1) < 0.0 ? "low" : "high");
   if (options.out.empty()) return 0;
-  fs::create_directories(options.out);
   const Figure drawing = figure(all);
   write_file((fs::path(options.out) / "discretizations.csv").string(), csv(all));
   write_file((fs::path(options.out) / "discretizations.svg").string(),
              render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
-  fmt::print(stderr, "written   {0}/discretizations.csv, {0}/discretizations.svg\n", options.out);
+  say("written   {0}/discretizations.csv, {0}/discretizations.svg\n", options.out);
   return 0;
 }
 

@@ -6,6 +6,8 @@
 #include <iterator>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "estimation_cost.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -55,32 +57,24 @@ double estimator_cost_us(const Config& config, const ReducedModel& model,
   return us[2000];
 }
 
-void write_csv(const std::string& path, const std::string& text) {
-  if (path == "-") {
-    fmt::print("{}", text);
-  } else {
-    write_file(path, text);
-  }
-}
-
 int estimation(const EstimationOptions& options) {
   if (options.compare) return compare_estimators(options);
-  const Config config = load_config(options.config, options.set);
+  const Config config = configured(Use::kEstimation, options.config, options.set);
   ModelStore models(config, !options.no_cache);
   const double period = config.control.period;
   const std::size_t cycles = config.cycles();
-  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
-  fmt::print(
+  print("photocoag {}: {}\n", version(), kResearchNotice);
+  print(
       "{} treatments of {:g} ms each; squares in units of the stated variance, 1 is "
       "consistent\n\n",
       options.seeds, config.run.duration * 1e3);
-  fmt::print("{}", estimation_heading());
+  print("{}", estimation_heading());
   std::vector<EstimationStatistics> all;
   for (const EstimationScenario& scenario : estimation_scenarios(config)) {
     all.push_back(estimation_statistics(config, models, scenario, options.seeds));
     const EstimationStatistics& one = all.back();
     const auto row = [&](std::string_view name, std::size_t begin, std::size_t end) {
-      fmt::print("{}", estimation_row(name, one.mean(begin, end), period, begin, end));
+      print("{}", estimation_row(name, one.mean(begin, end), period, begin, end));
     };
     const std::size_t edges[] = {0, cycles / 25, cycles / 5, cycles};
     std::string_view first = scenario.name;
@@ -96,9 +90,9 @@ int estimation(const EstimationOptions& options) {
     settings.kind = kind;
     return estimator_cost_us(config, models.reduced(), settings);
   };
-  fmt::print("\none sample, median: ekf {:.2f} us, mhe with a window of {} {:.2f} us\n",
-             cost(EstimatorKind::kEkf), config.estimator.window, cost(EstimatorKind::kMhe));
-  if (!options.csv.empty()) write_csv(options.csv, csv(all, period));
+  print("\none sample, median: ekf {:.2f} us, mhe with a window of {} {:.2f} us\n",
+        cost(EstimatorKind::kEkf), config.estimator.window, cost(EstimatorKind::kMhe));
+  if (!options.csv.empty()) write_output(options.csv, csv(all, period));
   return 0;
 }
 

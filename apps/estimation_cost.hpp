@@ -1,8 +1,6 @@
 // What `photocoag estimation` and its comparison share.
 #pragma once
 
-#include <string>
-
 #include "photocoag/config/config.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
@@ -11,8 +9,5 @@ namespace photocoag {
 /// Median of predict and update together over one open-loop treatment, us.
 double estimator_cost_us(const Config& config, const ReducedModel& model,
                          const EstimatorSettings& settings);
-
-/// To a file; - is standard output.
-void write_csv(const std::string& path, const std::string& text);
 
 }  // namespace photocoag

@@ -8,6 +8,8 @@
 #include <iterator>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -103,7 +105,7 @@ std::string validation_csv(const ValidationRun& run, double period) {
 }  // namespace
 
 int export_command(const ExportOptions& options) {
-  const Config config = load_config(options.config, options.set);
+  const Config config = configured(Use::kExport, options.config, options.set);
   for (const double alpha : options.absorption_factors) {
     if (!(alpha > 0.0 && alpha <= 10.0)) {
       throw Error(ErrorParts{.where = "--alphas",
@@ -128,18 +130,17 @@ int export_command(const ExportOptions& options) {
   const ValidationRun run =
       validation_run(full, config.model.discretization, config.control.period, validation);
 
-  open_run_folder(folder, config);
+  const ClaimedFolder claimed = open_run_folder(folder, config);
   write_file(folder / "E.mtx", diagonal_matrix(system.E));
   write_file(folder / "A.mtx", symmetric_matrix(system.A));
   write_file(folder / "B.mtx", thin_matrix(inputs, false));
   write_file(folder / "C.mtx", thin_matrix(outputs, true));
   write_file(folder / "validation.csv", validation_csv(run, config.control.period));
-  fmt::print(stderr,
-             "photocoag {}: {}\nE x' = A x + B u, y = C x in Matrix Market format: {} states; "
-             "columns of B: alpha = {};\nrows of C: peak, then the volume temperature of each "
-             "alpha\nwritten   {}\n",
-             version(), kResearchNotice, full->states(),
-             fmt::join(options.absorption_factors, ", "), folder.string());
+  say("photocoag {}: {}\nE x' = A x + B u, y = C x in Matrix Market format: {} states; "
+      "columns of B: alpha = {};\nrows of C: peak, then the volume temperature of each "
+      "alpha\nwritten   {}\n",
+      version(), kResearchNotice, full->states(), fmt::join(options.absorption_factors, ", "),
+      folder.string());
   return 0;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <csignal>
 
+#include "configured.hpp"
+#include "console.hpp"
 #include "device_commands.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -21,10 +23,12 @@ namespace photocoag {
 int eye_command(const EyeOptions& options) {
   if (!options.tell.empty()) {
     const std::string answer = tell_eye(options.socket, options.tell);
-    fmt::print("{}\n", answer);
+    print("{}\n", answer);
     return answer.starts_with("refused") ? 2 : 0;
   }
-  const Config config = load_config(options.config, options.set);
+  // The controller that starts an eye for once has checked the configuration.
+  const Config config = options.once ? load_config(options.config, options.set)
+                                     : configured(Use::kEye, options.config, options.set);
   const int per_period = pulses_per_period(config);
   const std::string& own_curve = config.photoacoustics.eye_calibration;
   const GrueneisenCurve curve(
@@ -40,25 +44,25 @@ int eye_command(const EyeOptions& options) {
                  .power_max = config.control.power_max,
                  .seed = config.run.seed},
                 faults);
-  stop_on_signals({SIGTERM, SIGHUP});
+  stop_on_signals({SIGTERM});
   if (options.owner != 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != options.owner) return 0;  // it has gone already
   }
   if (options.once || options.owner != 0) {
-    // Ctrl-C is the controller's business: the eye ends when it has gone, whatever way.
-    signal(SIGINT, SIG_IGN);
+    // Ctrl-C and a closed terminal are the controller's business: the eye ends when it has gone,
+    // whatever way.
+    for (const int theirs : {SIGINT, SIGHUP}) signal(theirs, SIG_IGN);
   } else {
-    stop_on_signals({SIGINT});
-    fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
-    fmt::print(stderr, "eye       {} states, absorption factor {:g}, a pulse every {:g} ms; {}\n",
-               model->states(), config.plant.absorption_factor,
-               config.photoacoustics.pulse_period * 1e3, options.socket);
+    stop_on_signals({SIGINT, SIGHUP});
+    say("photocoag {}: {}\n", version(), kResearchNotice);
+    say("eye       {} states, absorption factor {:g}, a pulse every {:g} ms; {}\n", model->states(),
+        config.plant.absorption_factor, config.photoacoustics.pulse_period * 1e3, options.socket);
   }
   const EyeStatistics statistics = serve_eye(
       {.socket = options.socket, .once = options.once, .foreign_core = config.safety.core}, eye,
       faults, config.photoacoustics.pulse_period, stop_requested());
-  fmt::print(stderr, "{}", to_text(statistics));
+  say("{}", to_text(statistics));
   return 0;
 }
 

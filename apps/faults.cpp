@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/trials/process_trials.hpp"
 #include "progress.hpp"
@@ -23,7 +24,7 @@ std::string shim_beside(const std::filesystem::path& program) {
 
 int faults_command(const FaultsOptions& options) {
   if (options.kills > 0 || options.stops > 0) return kill_trials(options);
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
   FaultOptions table{
       .supervised = !options.without_supervisor, .overrides = {}, .only = options.row};
   const auto progress = [](double fraction) { draw_progress("injecting", fraction, "faults"); };
@@ -39,22 +40,22 @@ int faults_command(const FaultsOptions& options) {
   }
   clear_progress();
   if (rows.empty()) {
-    fmt::print(stderr, "photocoag: no row {}\n", options.row);
+    say("photocoag: no row {}\n", options.row);
     return 2;
   }
-  fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8} {:>12}  {}\n", "id", "runs", "passed", "detected",
-             "slowest", "peak", "false stops", "first failure");
+  print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8} {:>12}  {}\n", "id", "runs", "passed", "detected",
+        "slowest", "peak", "false stops", "first failure");
   bool good = true;
   for (const FaultRow& row : rows) {
     good = good && row.passed == row.runs;
-    fmt::print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
+    print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
                row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
     if (row.id.front() != 'O') continue;
     for (const auto& [period, peak] : row.peak_at) {
-      fmt::print("     {:g} ms: {:.2f} K, not judged\n", period * 1e3, peak);
+      print("     {:g} ms: {:.2f} K, not judged\n", period * 1e3, peak);
     }
   }
-  fmt::print(
+  print(
       "slowest: cycles after the first bad datum in which there still was light (L1: records lost "
       "by a kill); peak: K, true, limit 32 K; 0: not looked at\n");
   if (options.healthy > 0) {
@@ -63,9 +64,9 @@ int faults_command(const FaultsOptions& options) {
         [](double fraction) { draw_progress("treating", fraction, "healthy eyes"); });
     clear_progress();
     good = good && stops.stopped == 0;
-    fmt::print("healthy: {} treatments, {} stopped{}, largest peak {:.2f} K\n", stops.treatments,
-               stops.stopped, stops.first_reason.empty() ? "" : " (" + stops.first_reason + ")",
-               stops.peak);
+    print("healthy: {} treatments, {} stopped{}, largest peak {:.2f} K\n", stops.treatments,
+          stops.stopped, stops.first_reason.empty() ? "" : " (" + stops.first_reason + ")",
+          stops.peak);
   }
   return good ? 0 : 1;
 }

@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
@@ -52,7 +54,9 @@ int field_command(const FieldOptions& options) {
   }
   const std::string config_file =
       from_run ? (fs::path(options.run) / "config.toml").string() : options.config;
-  const Config config = load_config(config_file, options.set);
+  const Use use = options.model == "full" ? Use::kResponseFull : Use::kResponseReduced;
+  const Config config =
+      from_run ? load_config(config_file, options.set) : configured(use, config_file, options.set);
   const std::vector<std::size_t> after = periods_of(options.times, config.control.period);
   std::vector<double> powers;
   if (from_run) {
@@ -76,7 +80,7 @@ int field_command(const FieldOptions& options) {
       temperature_fields(full, options.model == "full" ? FieldModel::kFull : FieldModel::kReduced,
                          config, powers, after);
 
-  open_run_folder(folder, config);
+  const ClaimedFolder claimed = open_run_folder(folder, config);
   std::vector<std::string> files;
   std::vector<double> times;
   for (const TemperatureField& field : fields) {
@@ -85,11 +89,11 @@ int field_command(const FieldOptions& options) {
     write_file(folder / files.back(), to_vtr(field));
     float highest = 0.0F;
     for (const float value : field.temperature_rise_K) highest = std::max(highest, value);
-    fmt::print(stderr, "{}  {:g} s, highest cell {:.2f} K\n", files.back(), field.time_s, highest);
+    say("{}  {:g} s, highest cell {:.2f} K\n", files.back(), field.time_s, highest);
   }
   write_file(folder / "fields.pvd", to_pvd(files, times));
-  fmt::print(stderr, "written   {} (open in ParaView: x is the radius, y the depth)\n",
-             (folder / "fields.pvd").string());
+  say("written   {} (open in ParaView: x is the radius, y the depth)\n",
+      (folder / "fields.pvd").string());
   return 0;
 }
 

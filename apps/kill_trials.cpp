@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -109,7 +110,7 @@ Trial run_trial(Observer& observer, pid_t controller, double moment_ms, bool sto
 }  // namespace
 
 int kill_trials(const FaultsOptions& options) {
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
   const fs::path folder = make_temporary_folder("photocoag-kills-");
   Config config =
       for_device(load_config("", {"photoacoustics.baseline_pulses=1000", "safety.real_time=enforce",
@@ -150,13 +151,13 @@ int kill_trials(const FaultsOptions& options) {
   }
   std::error_code ignored;
   fs::remove_all(folder, ignored);
-  fmt::print("{} controllers killed, {} stopped for 20 ms; {} of them while there was light\n",
-             options.kills, options.stops, lit);
-  fmt::print("dark within two periods ({:g} ms): {} of {}; slowest {:.2f} ms\n", 2.0 * period_ms,
-             count - late, count, slowest);
+  print("{} controllers killed, {} stopped for 20 ms; {} of them while there was light\n",
+        options.kills, options.stops, lit);
+  print("dark within two periods ({:g} ms): {} of {}; slowest {:.2f} ms\n", 2.0 * period_ms,
+        count - late, count, slowest);
   if (options.stops > 0) {
-    fmt::print("light after the resume: {} of {}{}\n", again, options.stops,
-               strict ? "" : " (real time is not granted here: not judged)");
+    print("light after the resume: {} of {}{}\n", again, options.stops,
+          strict ? "" : " (real time is not granted here: not judged)");
   }
   return late == 0 && (again == 0 || !strict) ? 0 : 1;
 }

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/stop_signal.hpp"
@@ -17,15 +18,6 @@ namespace photocoag {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-void write_json(const std::string& file, const Json& json) {
-  const std::string text = json.dump(2) + "\n";
-  if (file == "-") {
-    fmt::print("{}", text);
-  } else if (!file.empty()) {
-    write_file(file, text);
-  }
-}
 
 constexpr double kFractions[] = {0.5, 0.9, 0.99, 0.999, 0.9999};
 
@@ -39,11 +31,11 @@ Json percentiles(const DurationHistogram& histogram) {
 }
 
 void print_row(std::string_view name, const DurationHistogram& histogram) {
-  fmt::print("{:<11} {:>9} {:>8.1f}", name, histogram.counted(), histogram.min_us());
+  print("{:<11} {:>9} {:>8.1f}", name, histogram.counted(), histogram.min_us());
   for (const double fraction : kFractions) {
-    fmt::print(" {:>8.1f}", histogram.quantile_us(fraction));
+    print(" {:>8.1f}", histogram.quantile_us(fraction));
   }
-  fmt::print(" {:>8.1f}\n", histogram.max_us());
+  print(" {:>8.1f}\n", histogram.max_us());
 }
 
 }  // namespace
@@ -60,10 +52,10 @@ int doctor_command(const DoctorOptions& options) {
                     {"found", finding.found},
                     {"advice", finding.advice}});
     if (!table) continue;
-    fmt::print("{:<4}  {:<21} {}\n", to_string(finding.health), finding.topic, finding.found);
-    if (!finding.advice.empty()) fmt::print("{:29}{}\n", "", finding.advice);
+    print("{:<4}  {:<21} {}\n", to_string(finding.health), finding.topic, finding.found);
+    if (!finding.advice.empty()) print("{:29}{}\n", "", finding.advice);
   }
-  write_json(options.json, json);
+  write_output(options.json, json.dump(2) + "\n");
   return bad ? 1 : 0;
 }
 
@@ -81,21 +73,21 @@ int latency_command(const LatencyOptions& options) {
   json["photocoag"]["periods_missed"] = own.whole_periods_missed;
   json["cyclictest"] = other.ran ? percentiles(other.histogram) : Json();
   if (options.json != "-") {
-    fmt::print("wake-up after the deadline in us; {} ms, {}\n", options.period_ms, own.scheduling);
-    fmt::print("{:<11} {:>9} {:>8}", "", "wakes", "min");
+    print("wake-up after the deadline in us; {} ms, {}\n", options.period_ms, own.scheduling);
+    print("{:<11} {:>9} {:>8}", "", "wakes", "min");
     for (const double fraction : kFractions) {
-      fmt::print(" {:>8}", fmt::format("p{:g}", 100.0 * fraction));
+      print(" {:>8}", fmt::format("p{:g}", 100.0 * fraction));
     }
-    fmt::print(" {:>8}\n", "max");
+    print(" {:>8}\n", "max");
     print_row("photocoag", own.histogram);
     if (other.ran) {
       print_row("cyclictest", other.histogram);
     } else {
-      fmt::print("cyclictest  not run: {}\n", other.why_not);
+      print("cyclictest  not run: {}\n", other.why_not);
     }
-    fmt::print("{} whole periods missed\n", own.whole_periods_missed);
+    print("{} whole periods missed\n", own.whole_periods_missed);
   }
-  write_json(options.json, json);
+  write_output(options.json, json.dump(2) + "\n");
   return 0;
 }
 

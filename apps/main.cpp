@@ -7,8 +7,11 @@
 #include <string_view>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "device_commands.hpp"
 #include "machine_commands.hpp"
+#include "model_commands.hpp"
+#include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "stack.hpp"
@@ -18,23 +21,8 @@ namespace {
 
 using namespace photocoag;
 
+constexpr int kExitNotPrinted = 1;
 constexpr int kExitBadInput = 2;
-
-void add_common(CLI::App& command, CommonOptions& options) {
-  command.add_option("--config", options.config, "TOML file; without it the defaults")
-      ->type_name("FILE");
-  command
-      .add_option("--set", options.set,
-                  "one key of the configuration, e.g. control.horizon=10 or "
-                  "tissue.layers.RPE.thickness_um=5; may be repeated, later ones win")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-}
-
-void add_cache(CLI::App& command, CommonOptions& options) {
-  command.add_flag("--no-cache", options.no_cache,
-                   "make the reduced model anew (the result is the same to the last bit)");
-}
 
 void add_run(CLI::App& command, RunOptions& options) {
   add_common(command, options);
@@ -44,15 +32,8 @@ void add_run(CLI::App& command, RunOptions& options) {
       ->type_name("DIR");
   command
       .add_option("--seed", options.seed, "seed of the measurement noise, same as --set run.seed=N")
+      ->check(given())
       ->type_name("N");
-}
-
-std::string footer(std::string_view examples) {
-  return fmt::format(
-      "Examples:\n{}\n"
-      "Exit code: 0 good; 1 finished but a check failed, or stopped; 2 bad input; 3 device "
-      "fault.\n{}",
-      examples, kResearchNotice);
 }
 
 /// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
@@ -115,110 +96,7 @@ int run_command(int argc, char** argv) {
       "  photocoag simulate --config runs/first/config.toml      (repeats a run)"));
   simulate_app->callback([&] { exit_code = simulate(simulate_options); });
 
-  ResponseOptions response_options;
-  CLI::App* response_app = app.add_subcommand(
-      "response",
-      "temperatures after switching on a constant power, from the full or the reduced model");
-  add_common(*response_app, response_options);
-  add_cache(*response_app, response_options);
-  response_app->add_option("--model", response_options.model, "full or reduced")
-      ->required()
-      ->check(CLI::IsMember({"full", "reduced"}));
-  response_app
-      ->add_option("--rom", response_options.rom, "reduced model file (with --model reduced)")
-      ->type_name("FILE");
-  response_app->add_option("--power", response_options.power, "laser power, W")
-      ->required()
-      ->check(CLI::Range(0.0, 1e6))
-      ->type_name("W");
-  response_app
-      ->add_option("--times", response_options.times, "times after switching on, s, by comma")
-      ->required()
-      ->delimiter(',')
-      ->type_name("t1,t2,...");
-  response_app->add_option("--csv", response_options.csv, "output file; - is standard output")
-      ->type_name("FILE");
-  response_app->footer(footer(
-      "  photocoag response --model full --power 0.03 --times 0.001,0.01,0.1 --csv -\n"
-      "  photocoag response --model reduced --rom model.json --power 1 --times 0.004 --csv -\n"
-      "The eye is that of [plant]: its absorption_factor, tissue and discretization."));
-  response_app->callback([&] { exit_code = response(response_options); });
-
-  ReduceOptions reduce_options;
-  CLI::App* reduce_app = app.add_subcommand(
-      "reduce", "make a reduced model file from [tissue], measure and prove its error");
-  add_common(*reduce_app, reduce_options);
-  reduce_app
-      ->add_option(
-          "--out", reduce_options.out,
-          "model file to write; - is standard output. With --compare: a folder for CSV and "
-          "figure, or a .csv file; may be left out")
-      ->type_name("FILE");
-  reduce_app->add_flag("--compare", reduce_options.compare,
-                       "no model: the error of every method against the order");
-  reduce_app
-      ->add_option("--method", reduce_options.method,
-                   "same as --set model.method=M: pod-deim, balanced, balanced-two-sided, "
-                   "irka, taylor")
-      ->type_name("M");
-  reduce_app
-      ->add_option("--order", reduce_options.order, "same as --set model.order=n: states, 1 to 14")
-      ->type_name("n");
-  reduce_app->footer(
-      footer("  photocoag reduce --out model.json\n"
-             "  photocoag reduce --set control.period_ms=4 --order 8 --out model-250hz.json\n"
-             "  photocoag reduce --compare --out comparison\n"
-             "  photocoag simulate --set model.file=model.json"));
-  reduce_app->callback([&] { exit_code = reduce_command(reduce_options); });
-
-  FieldOptions field_options;
-  CLI::App* field_app = app.add_subcommand(
-      "field", "temperatures in all cells at chosen times as VTK files, for ParaView");
-  add_common(*field_app, field_options);
-  field_app
-      ->add_option("--model", field_options.model,
-                   "full, or reduced: the field of the reduced state, T = V x")
-      ->check(CLI::IsMember({"full", "reduced"}));
-  field_app->add_option("--power", field_options.power, "constant laser power, W")
-      ->check(CLI::Range(0.0, 1e6))
-      ->type_name("W");
-  field_app->add_option("--run", field_options.run, "or the powers of this run folder")
-      ->type_name("DIR");
-  field_app
-      ->add_option("--times", field_options.times,
-                   "times, s, by comma: whole multiples of control.period_ms")
-      ->required()
-      ->delimiter(',')
-      ->type_name("t1,t2,...");
-  field_app->add_option("--out", field_options.out, "folder, new or empty")
-      ->required()
-      ->type_name("DIR");
-  field_app->footer(
-      footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"
-             "  photocoag field --model reduced --power 0.03 --times 0.1 --out reduced-fields\n"
-             "  photocoag field --run runs/first --times 0.005,0.25 --out runs/first-fields\n"
-             "The eye is that of [plant]. fields.pvd is the series of all times."));
-  field_app->callback([&] { exit_code = field_command(field_options); });
-
-  ExportOptions export_options;
-  CLI::App* export_app = app.add_subcommand(
-      "export",
-      "write the full-order model as sparse matrices (Matrix Market), for other programs");
-  add_common(*export_app, export_options);
-  export_app->add_option("--out", export_options.out, "folder, new or empty")
-      ->required()
-      ->type_name("DIR");
-  export_app
-      ->add_option("--alphas", export_options.absorption_factors,
-                   "absorption factors of the columns of B and the rows of C, by comma")
-      ->required()
-      ->delimiter(',')
-      ->type_name("a1,a2,...");
-  export_app->footer(
-      footer("  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
-             "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"
-             "measures errors with and the full-order model's temperatures for them."));
-  export_app->callback([&] { exit_code = export_command(export_options); });
+  add_model_commands(app, exit_code);
 
   CommonOptions config_options;
   CLI::App* config_app =
@@ -229,37 +107,13 @@ int run_command(int argc, char** argv) {
              "  photocoag config --config my.toml --set control.peak_reference_K=20"));
   config_app->callback([&] { exit_code = print_config(config_options); });
 
-  CommonOptions boundaries_options;
-  CLI::App* boundaries_app = app.add_subcommand(
-      "boundaries",
-      "tell whether [tissue] is large enough: move each boundary out, compare the peak");
-  add_common(*boundaries_app, boundaries_options);
-  boundaries_app->footer(
-      footer("  photocoag boundaries\n"
-             "  photocoag boundaries --set tissue.domain_radius_um=1000"));
-  boundaries_app->callback([&] { exit_code = boundaries(boundaries_options); });
-
-  DiscretizationsOptions schemes_options;
-  CLI::App* schemes_app = app.add_subcommand(
-      "discretizations",
-      "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms");
-  add_common(*schemes_app, schemes_options);
-  schemes_app
-      ->add_option("--out", schemes_options.out, "folder for CSV and figure; may be left out")
-      ->type_name("DIR");
-  schemes_app->footer(
-      footer("  photocoag discretizations --set plant.absorption_factor=0.7363\n"
-             "  photocoag discretizations --out runs/discretizations\n"
-             "The eye is that of [plant]: its absorption_factor and tissue."));
-  schemes_app->callback([&] { exit_code = discretizations(schemes_options); });
-
   EstimationOptions estimation_options;
   CLI::App* estimation_app = app.add_subcommand(
       "estimation", "how large the estimator's errors are over many eyes, and whether it knows");
   add_common(*estimation_app, estimation_options);
   add_cache(*estimation_app, estimation_options);
   estimation_app->add_option("--seeds", estimation_options.seeds, "treatments per scenario")
-      ->check(CLI::Range(1, 100000))
+      ->check(whole_number_from(1, 100000))
       ->type_name("N");
   estimation_app
       ->add_option("--csv", estimation_options.csv,
@@ -290,23 +144,23 @@ int run_command(int argc, char** argv) {
   faults_app
       ->add_option("--healthy", faults_options.healthy,
                    "also so many treatments without faults, to count false stops")
-      ->check(CLI::Range(0, 1000000))
+      ->check(whole_number_from(0, 1000000))
       ->type_name("n");
   faults_app
       ->add_option("--kills", faults_options.kills,
                    "instead: SIGKILL so many controllers at random moments of a treatment of the "
                    "eye's process (row T4)")
-      ->check(CLI::Range(0, 100000))
+      ->check(whole_number_from(0, 100000))
       ->type_name("n");
   faults_app
       ->add_option("--stops", faults_options.stops,
                    "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
-      ->check(CLI::Range(0, 100000))
+      ->check(whole_number_from(0, 100000))
       ->type_name("n");
   faults_app
       ->add_option("--allocation-step", faults_options.allocation_step,
                    "row X3: of the program's allocations every n-th fails, one at a time; 1: all")
-      ->check(CLI::Range(1, 1000000))
+      ->check(whole_number_from(1, 1000000))
       ->type_name("n");
   faults_app->footer(
       footer("  photocoag faults\n"
@@ -348,7 +202,7 @@ int run_command(int argc, char** argv) {
       ->type_name("FILE");
   bench_app
       ->add_option("--repetitions", bench_options.repetitions, "qp: how often to time every step")
-      ->check(CLI::Range(1, 1000))
+      ->check(whole_number_from(1, 1000))
       ->type_name("n");
   bench_app->add_flag("--one-process", bench_options.one_process,
                       "first-cycle: measure in this process only, print microseconds");
@@ -365,13 +219,13 @@ int run_command(int argc, char** argv) {
       "spots", "treat many random spots with the nominal and the robust controller");
   add_common(*spots_app, spots_options);
   spots_app->add_option("--count", spots_options.count, "spots; seeds 1 to count")
-      ->check(CLI::Range(1, 1000000))
+      ->check(whole_number_from(1, 1000000))
       ->type_name("n");
   spots_app->add_option("--alpha-low", spots_options.range.alpha_low, "smallest absorption factor")
-      ->check(CLI::Range(0.05, 5.0))
+      ->check(number_from(0.05, 5.0))
       ->type_name("a");
   spots_app->add_option("--alpha-high", spots_options.range.alpha_high, "largest")
-      ->check(CLI::Range(0.05, 5.0))
+      ->check(number_from(0.05, 5.0))
       ->type_name("a");
   spots_app->add_option("--csv", spots_options.csv, "one row per spot and controller")
       ->type_name("FILE");
@@ -404,13 +258,15 @@ int run_command(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::set_terminate(refuse_to_go_on);
+  prepare_console();
+  int exit_code = kExitBadInput;
   try {
-    return with_usual_stack([&] { return run_command(argc, argv); });
+    exit_code = with_usual_stack([&] { return run_command(argc, argv); });
   } catch (const photocoag::Error& error) {
-    fmt::print(stderr, "photocoag: {}\n", error.what());
-    return kExitBadInput;
+    say("photocoag: {}\n", error.what());
   } catch (const std::exception& error) {
-    fmt::print(stderr, "photocoag: unexpected failure: {}\n", error.what());
-    return kExitBadInput;
+    say("photocoag: unexpected failure: {}\n", error.what());
   }
+  const bool printed = everything_printed();
+  return exit_code == 0 && !printed ? kExitNotPrinted : exit_code;
 }

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstdio>
 
+#include "console.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -21,13 +23,13 @@ void draw_progress(std::string_view label, double fraction, std::string_view det
   if (!on_terminal()) return;
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
-  fmt::print(stderr, "\r\033[K{:<9} [{:<{}}] {:3.0f} %  {}", label, std::string(filled, '='),
-             kWidth, fraction * 100.0, detail);
+  say("\r\033[K{:<9} [{:<{}}] {:3.0f} %  {}", label, std::string(filled, '='), kWidth,
+      fraction * 100.0, detail);
   std::fflush(stderr);
 }
 
 void clear_progress() {
-  if (on_terminal()) fmt::print(stderr, "\r\033[K");
+  if (on_terminal()) say("\r\033[K");
 }
 
 ProgressMeter::ProgressMeter(std::string label, const std::atomic<std::size_t>& done,

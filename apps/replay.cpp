@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "photocoag/run/replay.hpp"
 
 namespace photocoag {
@@ -9,10 +10,10 @@ namespace photocoag {
 int replay_command(const ReplayOptions& options) {
   const ReplayOutcome outcome = replay_run(options.run, !options.no_cache);
   if (outcome.same()) {
-    fmt::print("{} powers compared: the same to the last bit\n", outcome.compared);
+    print("{} powers compared: the same to the last bit\n", outcome.compared);
     return 0;
   }
-  fmt::print("the power of cycle {} differs from the recorded one\n", outcome.differs_at);
+  print("the power of cycle {} differs from the recorded one\n", outcome.differs_at);
   return 1;
 }
 

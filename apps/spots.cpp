@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/spots.hpp"
@@ -39,11 +42,10 @@ void print_row(const std::string& name, const std::vector<SpotOutcome>& spots) {
   const auto times = column(spots, &SpotOutcome::time_to_95_percent);
   const auto held = column(spots, &SpotOutcome::held_mean);
   const auto rms = column(spots, &SpotOutcome::rms_error);
-  fmt::print(
-      "{:<22}{:>6}{:>9.2f}{:>9.2f}{:>8.1f}{:>8.1f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.1f}\n", name,
-      violating, quantile(peaks, 0.99), quantile(peaks, 1.0), 1e3 * quantile(times, 0.5),
-      1e3 * quantile(times, 0.99), quantile(held, 0.01), quantile(held, 0.99), quantile(rms, 0.5),
-      quantile(rms, 0.99), 100.0 * quantile(alpha_errors, 0.99));
+  print("{:<22}{:>6}{:>9.2f}{:>9.2f}{:>8.1f}{:>8.1f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.1f}\n",
+        name, violating, quantile(peaks, 0.99), quantile(peaks, 1.0), 1e3 * quantile(times, 0.5),
+        1e3 * quantile(times, 0.99), quantile(held, 0.01), quantile(held, 0.99), quantile(rms, 0.5),
+        quantile(rms, 0.99), 100.0 * quantile(alpha_errors, 0.99));
 }
 
 std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& spots) {
@@ -82,7 +84,13 @@ void print_corners(const std::string& name, std::vector<CornerOutcome> corners) 
 }  // namespace
 
 int spots_command(const SpotsOptions& options) {
-  Config nominal = load_config(options.config, options.set);
+  if (!(options.range.alpha_low <= options.range.alpha_high)) {
+    throw Error(
+        ErrorParts{.where = "--alpha-high",
+                   .found = fmt::format("{}", options.range.alpha_high),
+                   .accepted = fmt::format("at least --alpha-low, {}", options.range.alpha_low)});
+  }
+  Config nominal = configured(Use::kSpots, options.config, options.set);
   nominal.control.robust = Robustness::kNone;
   Config robust = nominal;
   robust.control.robust = Robustness::kCertified;
@@ -90,9 +98,9 @@ int spots_command(const SpotsOptions& options) {
                     [](std::string_view stage, double f) { draw_progress("reducing", f, stage); });
   const ReducedModel& model = models.reduced();
   clear_progress();
-  fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
+  print("photocoag {}: {}\n", version(), kResearchNotice);
   const double limit = nominal.control.peak_max;
-  fmt::print(
+  print(
       "{} spots{}, alpha {:g} to {:g}, full-order eyes, {:g} ms, N = {}, noise {:g} K, limit {:g} "
       "K\n",
       options.count, options.corners ? " at each corner" : "", options.range.alpha_low,
@@ -100,7 +108,7 @@ int spots_command(const SpotsOptions& options) {
       nominal.plant.noise, limit);
   robust = told_to_controller(robust, model);
   if (nominal.uncertainty.declared()) {
-    fmt::print(
+    print(
         "tissue off by up to {:g} / {:g} / {:g} % (spot radius / thicknesses / absorption): "
         "robust aims at {:.2f} K, limit {:.2f} K\n",
         100 * nominal.uncertainty.spot_radius, 100 * nominal.uncertainty.thickness,
@@ -114,9 +122,9 @@ int spots_command(const SpotsOptions& options) {
                                            }));
     return 0;
   }
-  fmt::print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K",
+  print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K",
              "to 95 % ms", "held K", "RMS error K", "alpha %");
-  fmt::print("{:<22}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>9}\n", "controller", "over",
+  print("{:<22}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>9}\n", "controller", "over",
              "99 %", "max", "median", "99 %", "1 %", "99 %", "median", "99 %", "99 %");
   std::string csv =
       "controller,seed,absorption_factor,peak_true_max_K,violations,time_to_95_percent_s,held_mean_"

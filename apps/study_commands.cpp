@@ -9,6 +9,9 @@
 #include <filesystem>
 #include <memory>
 
+#include "configured.hpp"
+#include "console.hpp"
+#include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/run_folder.hpp"
@@ -33,22 +36,22 @@ fs::path shipped_studies() {
   return studies;
 }
 
-fs::path new_folder(const std::string& name) {
-  const fs::path base =
-      fs::path("runs") / fmt::format("{}-{:%Y%m%d-%H%M%S}", name, fmt::gmtime(std::time(nullptr)));
-  fs::path folder = base;
-  for (int i = 2; fs::exists(folder); ++i) folder = fmt::format("{}-{}", base.string(), i);
-  return folder;
+// The folder asked for, or a new one below runs/.
+ClaimedFolder output_folder(const std::string& out, const std::string& name) {
+  if (!out.empty()) return ClaimedFolder(out);
+  return ClaimedFolder::next_after(
+      fs::path("runs") / fmt::format("{}-{:%Y%m%d-%H%M%S}", name, fmt::gmtime(std::time(nullptr))));
 }
 
 }  // namespace
 
 int reproduce_command(const ReproduceCommandOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  const ClaimedFolder folder = output_folder(options.out, "reproduction");
   const ReproduceOptions request{
       .studies = options.studies.empty() ? shipped_studies() : fs::path(options.studies),
-      .out = options.out.empty() ? new_folder("reproduction") : fs::path(options.out),
+      .out = folder.path(),
       .quick = options.quick,
       .use_cache = !options.no_cache};
   const std::vector<StudyOutcome> outcomes = reproduce(
@@ -58,30 +61,31 @@ int reproduce_command(const ReproduceCommandOptions& options) {
   std::size_t count[3] = {};
   bool as_expected = true;
   for (const StudyOutcome& outcome : outcomes) {
-    fmt::print("{} ({} seeds)\n", outcome.study.title, outcome.seeds);
+    print("{} ({} seeds)\n", outcome.study.title, outcome.seeds);
     for (const JudgedClaim& claim : outcome.claims) {
       ++count[static_cast<int>(claim.verdict)];
-      fmt::print("  {:<21} {}{}\n", name_of(claim.verdict), claim.claim.text,
-                 claim.as_expected()
-                     ? ""
-                     : fmt::format("  (CHANGED: {} expects \"{}\")",
-                                   outcome.study.file.filename().string(), claim.claim.expected));
+      print("  {:<21} {}{}\n", name_of(claim.verdict), claim.claim.text,
+            claim.as_expected()
+                ? ""
+                : fmt::format("  (CHANGED: {} expects \"{}\")",
+                              outcome.study.file.filename().string(), claim.claim.expected));
       as_expected = as_expected && claim.as_expected();
     }
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  fmt::print(stderr, "claims    {} hold, {} differ, {} cannot be judged here; {:.1f} s\n", count[0],
-             count[1], count[2], wall.count());
-  fmt::print(stderr, "report    {}\n", (request.out / "index.html").string());
+  say("claims    {} hold, {} differ, {} cannot be judged here; {:.1f} s\n", count[0], count[1],
+      count[2], wall.count());
+  say("report    {}\n", (request.out / "index.html").string());
   return as_expected ? 0 : 1;
 }
 
 int sweep_command(const SweepOptions& options) {
-  fmt::print(stderr, "photocoag {}: {}\n", version(), kResearchNotice);
+  say("photocoag {}: {}\n", version(), kResearchNotice);
   std::vector<Varied> varied;
   for (const std::string& option : options.vary) varied.push_back(parse_varied(option));
-  const fs::path folder = options.out.empty() ? new_folder("sweep") : fs::path(options.out);
-  check_run_folder(folder);
+  configured(Use::kSimulate, options.config, options.set);  // says what has no effect
+  const ClaimedFolder claimed = output_folder(options.out, "sweep");
+  const fs::path& folder = claimed.path();
   const std::vector<SweepPoint> points =
       sweep(options.config, options.set, varied, options.seeds, !options.no_cache,
             [](std::size_t done, std::size_t total) {
@@ -89,30 +93,31 @@ int sweep_command(const SweepOptions& options) {
                             fmt::format("{} of {} runs", done, total));
             });
   clear_progress();
-  for (const Varied& one : varied) fmt::print("{:<{}}", one.key, one.key.size() + 2);
+  for (const Varied& one : varied) print("{:<{}}", one.key, one.key.size() + 2);
   for (const auto& [measure, statistic] : sweep_columns())
-    fmt::print("{:>{}}", measure, measure.size() + 2);
-  fmt::print("\n");
+    print("{:>{}}", measure, measure.size() + 2);
+  print("\n");
   for (const SweepPoint& point : points) {
     for (std::size_t i = 0; i < varied.size(); ++i) {
-      fmt::print("{:<{}}", point.values[i], varied[i].key.size() + 2);
+      print("{:<{}}", point.values[i], varied[i].key.size() + 2);
     }
     for (const auto& [measure, statistic] : sweep_columns()) {
-      fmt::print("{:>{}}",
-                 fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))),
-                 measure.size() + 2);
+      print("{:>{}}",
+            fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))),
+            measure.size() + 2);
     }
-    fmt::print("\n");
+    print("\n");
   }
   write_sweep(folder, varied, points, options.seeds);
-  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  say("report    {}\n", (folder / "index.html").string());
   return 0;
 }
 
 int compare_runs_command(const CompareRunsOptions& options) {
-  const fs::path folder = options.out.empty() ? new_folder("comparison") : fs::path(options.out);
+  const ClaimedFolder claimed = output_folder(options.out, "comparison");
+  const fs::path& folder = claimed.path();
   compare_runs({options.runs.begin(), options.runs.end()}, folder);
-  fmt::print(stderr, "report    {}\n", (folder / "index.html").string());
+  say("report    {}\n", (folder / "index.html").string());
   return 0;
 }
 
@@ -122,11 +127,7 @@ void add_sweep(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SweepOptions>();
   CLI::App* command = app.add_subcommand(
       "sweep", "simulate every combination of some values: table, CSV, overlay plot");
-  command->add_option("--config", options->config, "TOML file; without it the defaults")
-      ->type_name("FILE");
-  command->add_option("--set", options->set, "one key of the configuration; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_common(*command, *options);
   command
       ->add_option("--vary", options->vary,
                    "a key and its values; may be repeated: every combination is run")
@@ -134,7 +135,7 @@ void add_sweep(CLI::App& app, int& exit_code) {
       ->type_name("KEY=V1,V2,...")
       ->allow_extra_args(false);
   command->add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
-      ->check(CLI::Range(1, 1000))
+      ->check(whole_number_from(1, 1000))
       ->type_name("N");
   command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
       ->type_name("DIR");

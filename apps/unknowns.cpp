@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 
 #include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
 #include "estimation_cost.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -26,12 +29,12 @@ void print_case(const UnknownsResult& one, double period) {
   for (int i = 0; i < 3; ++i) {
     if (edges[i] == edges[i + 1]) continue;
     const UnknownsCycle mean = one.over(edges[i], edges[i + 1]);
-    fmt::print("{:<36}{:>11}{:>8.2f}{:>8.2f}{:>8.3f}{:>8.2f}{:>8}{:>8.1f}{:>8}\n", name,
-               fmt::format("{:g} to {:g}", 1e3 * period * static_cast<double>(edges[i] + 1),
-                           1e3 * period * static_cast<double>(edges[i + 1])),
-               100.0 * mean.alpha, 100.0 * mean.beta, mean.peak, mean.nees_alpha,
-               two ? fmt::format("{:.2f}", mean.nees_beta) : "-", 100.0 * mean.at_bound,
-               i == 2 ? fmt::format("{}", one.limit_exceeded) : "");
+    print("{:<36}{:>11}{:>8.2f}{:>8.2f}{:>8.3f}{:>8.2f}{:>8}{:>8.1f}{:>8}\n", name,
+          fmt::format("{:g} to {:g}", 1e3 * period * static_cast<double>(edges[i] + 1),
+                      1e3 * period * static_cast<double>(edges[i + 1])),
+          100.0 * mean.alpha, 100.0 * mean.beta, mean.peak, mean.nees_alpha,
+          two ? fmt::format("{:.2f}", mean.nees_beta) : "-", 100.0 * mean.at_bound,
+          i == 2 ? fmt::format("{}", one.limit_exceeded) : "");
     name = "";
   }
 }
@@ -93,47 +96,47 @@ Figure figure(const std::vector<UnknownsResult>& all, double period) {
 }  // namespace
 
 int compare_estimators(const EstimationOptions& options) {
-  const Config config = load_config(options.config, options.set);
-  if (!options.out.empty()) check_run_folder(options.out);  // before the work
+  const Config config = configured(Use::kEstimation, options.config, options.set);
+  std::optional<ClaimedFolder> claimed;  // before the work
+  if (!options.out.empty()) claimed.emplace(options.out);
   ModelStore models(config, !options.no_cache);
   const double period = config.control.period;
   std::vector<UnknownsResult> all;
   for (const UnknownsCase& which : unknowns_cases(config)) {
     all.push_back(unknowns_study(config, models, which, options.seeds));
     if (all.size() == 1) {
-      fmt::print("photocoag {}: {}\n", version(), kResearchNotice);
-      fmt::print(
+      print("photocoag {}: {}\n", version(), kResearchNotice);
+      print(
           "{} full-order eyes, {:g} ms each; root mean square errors; NEES: squared errors over "
           "the stated variance, 1 is consistent\n\n",
           options.seeds, config.run.duration * 1e3);
-      fmt::print("{:<36}{:>11}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "", "", "alpha", "beta",
-                 "peak", "NEES", "NEES", "at a", "above");
-      fmt::print("{:<36}{:>11}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "estimator", "ms", "%", "%",
-                 "K", "alpha", "beta", "bound %", "limit");
+      print("{:<36}{:>11}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "", "", "alpha", "beta", "peak",
+            "NEES", "NEES", "at a", "above");
+      print("{:<36}{:>11}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "estimator", "ms", "%", "%", "K",
+            "alpha", "beta", "bound %", "limit");
     }
     print_case(all.back(), period);
   }
-  fmt::print("\none sample, median, us:");
+  print("\none sample, median, us:");
   for (const Unknowns unknowns : {Unknowns::kRpe, Unknowns::kRpeAndChoroid}) {
     EstimatorSettings settings = config.estimator;
     settings.unknowns = unknowns;
     for (const EstimatorKind kind : {EstimatorKind::kEkf, EstimatorKind::kMhe}) {
       settings.kind = kind;
-      fmt::print(" {} {} {:.2f};", kind == EstimatorKind::kEkf ? "ekf" : "mhe",
-                 unknowns == Unknowns::kRpe ? "one unknown" : "two",
-                 estimator_cost_us(config, models.reduced(), settings));
+      print(" {} {} {:.2f};", kind == EstimatorKind::kEkf ? "ekf" : "mhe",
+            unknowns == Unknowns::kRpe ? "one unknown" : "two",
+            estimator_cost_us(config, models.reduced(), settings));
     }
   }
-  fmt::print(" window {}\n", config.estimator.window);
-  if (!options.csv.empty()) write_csv(options.csv, csv(all, period));
+  print(" window {}\n", config.estimator.window);
+  if (!options.csv.empty()) write_output(options.csv, csv(all, period));
   if (options.out.empty()) return 0;
   const std::filesystem::path folder = options.out;
-  std::filesystem::create_directories(folder);
   const Figure drawing = figure(all, period);
   write_file((folder / "unknowns.csv").string(), csv(all, period));
   write_file((folder / "unknowns.svg").string(),
              render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
-  fmt::print(stderr, "written   {0}/unknowns.csv, {0}/unknowns.svg\n", options.out);
+  say("written   {0}/unknowns.csv, {0}/unknowns.svg\n", options.out);
   return 0;
 }
 

@@ -106,7 +106,8 @@ TEST(Commands, RunFolderIsCompleteAndRepeatsItself) {
   EXPECT_EQ(first.exit_code, 2);
   const ProgramResult run = sandbox.run("simulate --seed 5 --out first" + kCoarse);
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  for (const std::string name : {"config.toml", "run.csv", "summary.json", "field.vtr", "report.html"}) {
+  for (const std::string name :
+       {"config.toml", "run.csv", "summary.json", "field.vtr", "report.html"}) {
     EXPECT_TRUE(std::filesystem::exists(sandbox.path("first") / name)) << name;
   }
   ASSERT_EQ(sandbox.run("simulate --config first/config.toml --out again").exit_code, 0);

@@ -202,7 +202,20 @@ TEST(TreatDevice, ADriverIsDrivenAndARealOneNeedsEnforce) {
   const Json summary = summary_of(sandbox, "lump");
   EXPECT_TRUE(summary["peak_true_max_K"].is_null()) << "a device does not tell";
   EXPECT_EQ(summary["device"]["name"], "driver, example: one time constant");
+  EXPECT_TRUE(summary["limit_violations"].is_null());
+  EXPECT_TRUE(summary["absorption_error_final"].is_null());
   EXPECT_FALSE(read_all(sandbox.path("lump") / "report.html").empty());
+  const std::string table = sandbox.run("convert lump --csv -").out;
+  for (const char* file : {"run.csv", "summary.json", "report.html"}) {
+    std::filesystem::remove(sandbox.path("lump") / file);
+  }
+  ASSERT_EQ(sandbox.run("convert lump --recover").exit_code, 0);
+  EXPECT_TRUE(summary_of(sandbox, "lump")["peak_true_max_K"].is_null());
+  const std::string recovered = read_all(sandbox.path("lump/run.csv"));
+  for (const std::string& text : {table, recovered}) {
+    const std::size_t row = text.find('\n') + 1;
+    EXPECT_NE(text.substr(row, text.find('\n', row) - row).find(",,"), std::string::npos) << text;
+  }
   const ProgramResult real =
       sandbox.run("treat --device driver:" PHOTOCOAG_REAL_DRIVER " --out real" + kCoarse);
   EXPECT_EQ(real.exit_code, 2) << real.err;

@@ -50,7 +50,7 @@ void treat_on_filling_disk(const Sandbox& sandbox, const std::string& with_room)
   // No next treatment on this disk.
   const ProgramResult next = sandbox.run("treat --out disk/next" + kTreatment);
   EXPECT_EQ(next.exit_code, 2) << next.err;
-  EXPECT_NE(next.err.find("room"), std::string::npos) << next.err;
+  EXPECT_NE(next.err.find("No space left"), std::string::npos) << next.err;
 
   // With room again the log is a run folder, as far as it goes.
   ballast.release();

@@ -32,8 +32,7 @@ TEST(LogCommands, TreatIsConvertedForOtherPrograms) {
     EXPECT_EQ(sum, summary["cycles"].get<std::int64_t>()) << name;
   }
   EXPECT_NE(read_all(sandbox.path("run/report.html")).find("slack"), std::string::npos);
-  const ProgramResult result =
-      sandbox.run("convert run --csv - --hdf5 run.h5 --mat run.mat");
+  const ProgramResult result = sandbox.run("convert run --csv - --hdf5 run.h5 --mat run.mat");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'),
             1 + summary["cycles"].get<std::int64_t>());
@@ -88,8 +87,7 @@ TEST(MachineCommands, DoctorAndLatencyPrintJson) {
   const ProgramResult latency = sandbox.run("latency --seconds 0.1 --json -");
   ASSERT_EQ(latency.exit_code, 0) << latency.err;
   const Json json = Json::parse(latency.out);
-  EXPECT_EQ(json["photocoag"]["wakes"].get<int>() +
-                json["photocoag"]["periods_missed"].get<int>(),
+  EXPECT_EQ(json["photocoag"]["wakes"].get<int>() + json["photocoag"]["periods_missed"].get<int>(),
             100);
 }
 

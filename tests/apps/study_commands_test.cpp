@@ -92,8 +92,9 @@ TEST(StudyCommands, SweepAndCompareWriteTheirPages) {
 
   const std::string common = "simulate --set grid.min_cells=2000 --set run.duration_ms=10 ";
   ASSERT_EQ(sandbox.run(common + "--out a").exit_code, 0);
-  ASSERT_EQ(sandbox.run(common + "--set control.horizon=3 --set "
-                                 "tissue.layers.RPE.thickness_um=5 --out b")
+  ASSERT_EQ(sandbox
+                .run(common + "--set control.horizon=3 --set "
+                              "tissue.layers.RPE.thickness_um=5 --out b")
                 .exit_code,
             0);
   ASSERT_EQ(sandbox.run("compare a b --out both").exit_code, 0);

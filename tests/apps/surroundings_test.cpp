@@ -1,6 +1,9 @@
 // The program where it is not at home: little stack, a gnuplot that hangs, no place for a cache.
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "apps/program.hpp"
 
 namespace photocoag::testing {
@@ -17,14 +20,13 @@ TEST(Surroundings, LittleStackIsEnoughForEveryCommand) {
             "key = \"plant.absorption_factor\"\ndistribution = \"uniform\"\nlow = 0.4\nhigh = 1.4\n"
             "[[input]]\nkey = \"plant.tissue.spot_radius_um\"\ndistribution = \"normal\"\n"
             "mean = 100\nsigma = 5\nlow = 85\nhigh = 115\n");
-  for (const std::string& command :
-       {"simulate --out longest --set control.horizon=50" + kCoarse,
-        "simulate --out moving --set estimator.kind=mhe" + kCoarse,
-        "simulate --out proven --set control.robust=certified --set control.period_ms=4 "
-        "--set run.duration_ms=40 --set grid.min_cells=2000",
-        "treat --out treated" + kCoarse, "reduce --out model.json --set grid.min_cells=2000",
-        std::string("campaign spots.toml --out spots"), std::string("replay longest"),
-        std::string("faults --row M1")}) {
+  for (const std::string& command : std::vector<std::string>{
+           "simulate --out longest --set control.horizon=50" + kCoarse,
+           "simulate --out moving --set estimator.kind=mhe" + kCoarse,
+           "simulate --out proven --set control.robust=certified --set control.period_ms=4 "
+           "--set run.duration_ms=40 --set grid.min_cells=2000",
+           "treat --out treated" + kCoarse, "reduce --out model.json --set grid.min_cells=2000",
+           "campaign spots.toml --out spots", "replay longest", "faults --row M1"}) {
     const ProgramResult run = sandbox.run(command, "prlimit --stack=131072:131072");
     EXPECT_LE(run.exit_code, command.starts_with("treat") ? 1 : 0) << command << "\n" << run.err;
   }

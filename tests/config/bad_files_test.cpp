@@ -73,7 +73,7 @@ TEST_F(BadFile, NotToml) {
   expect_text("[control]\nhorizon = 2\n[control]\nperiod_ms = 1\n", ":3:", "cannot redefine");
   expect_text("# \xFF\xFE\n", ":1:", "utf-8");
   expect_text("model.file = \"a\xC3\"\n", ":1:", "utf-8");
-  expect_text(std::string_view("a = 1\0\n", 7), ":1:", "not TOML");
+  expect_text(std::string_view("a = 1\0\n", 7), ":1:", "a zero byte");
   expect_text("\xFF\xFE[\0c\0", ":1:1: not TOML", "utf-8");
   expect_text("control.period_ms =\n", ":1:", "not TOML");
   expect_text("control.solver = dense\n", ":1:", "the line `control.solver = dense`");

@@ -82,7 +82,7 @@ const std::vector<BadOverride> kOverrides = {
     {{"plant.tissue.transmission=1.1"},
      "plant.tissue.transmission: found 1.1; accepted: a number above 0, at most 1"},
     {{"tissue.layers.RPE.thickness_um=-1"},
-     "tissue.layers.RPE.thickness_um: found -1; accepted: a number above 0, at most 20000 um"},
+     "tissue.layers.RPE.thickness_um: found -1; accepted: a number from 0.01 to 20000 um"},
     {{"plant.tissue.layers.RPE.absorption_per_m=1e8"},
      "plant.tissue.layers.RPE.absorption_per_m: found 1e8; accepted: a number from 0 to"},
     {{"run.seed=-1"}, "run.seed: found -1; accepted: an integer from 0 to 2^63 - 1"},
@@ -107,6 +107,10 @@ const std::vector<BadOverride> kOverrides = {
      "estimator.absorption_max: found 2; accepted: above estimator.absorption_min = 3"},
     {{"tissue.spot_radius_um=1500"},
      "tissue.domain_radius_um: found 2000; accepted: at least twice tissue.spot_radius_um = "},
+    {{"tissue.spot_radius_um=1e-6"},
+     "tissue.spot_radius_um: found 1e-6; accepted: a number from 0.01 to 5000 um"},
+    {{"tissue.spot_radius_um=0.9"},
+     "tissue.domain_radius_um: found 2000; accepted: at most 2000 times tissue.spot_radius_um = "},
     {{"plant.tissue.spot_radius_um=1500"},
      "plant.tissue.domain_radius_um: found 2000; accepted: at least twice plant.tissue.spot_rad"},
     {{"tissue.peak_layer=RPF"},
@@ -253,9 +257,8 @@ TEST(BadFiles, NameTheLine) {
   expect("[[control]]\nperiod_ms = 1\n", "1: control: found […] (an array); accepted: [control]");
   expect("[controls]\nperiod_ms = 1\n", "1: controls: unknown key; did you mean control?");
   expect("[run]\nseed = 1\nx = 2\na = 3\n", "3: run.x: unknown key");  // in the order of the text
-  expect(
-      "[tissue]\nlayers = [\n{ name = \"RPE\", thickness_um = 0.0, absorption_per_m = 1 },\n]\n",
-      "3: tissue.layers.RPE.thickness_um: found 0.0; accepted: a number above 0, at most 20000 um");
+  expect("[tissue]\nlayers = [\n{ name = \"RPE\", thickness_um = 0.0, absorption_per_m = 1 },\n]\n",
+         "3: tissue.layers.RPE.thickness_um: found 0.0; accepted: a number from 0.01 to 20000 um");
   expect(
       "control.peak_max_K = 20\n",
       "1: control.peak_reference_K: found 30; accepted: below the limit control.peak_max_K = 20");

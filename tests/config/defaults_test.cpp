@@ -56,6 +56,8 @@ power_rise_max_W = 0.1
 energy_max_mJ    = 6000.0
 exposure_max_ms  = 60000.0
 thermal_dose_max = 0.0
+power_accuracy_relative = 0.0
+sample_gain_accuracy_relative = 0.0
 real_time        = "observe"
 core             = -1
 

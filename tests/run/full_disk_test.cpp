@@ -49,7 +49,7 @@ TEST(TreatmentOnAFullDisk, HasTheSamePowersExactCountsAndAnAlarm) {
   const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {
     const Ballast ballast(folder.path() / "ballast");
     const fs::path run = folder.path() / "run";
-    open_run_folder(run, config);
+    const ClaimedFolder claimed = open_run_folder(run, config);
     const Treatment treatment = on_filling_disk(config, models, run, ballast);
     EXPECT_TRUE(same(treatment.records, expected.records)) << "bit for bit";
     EXPECT_FALSE(treatment.outcome.stopped);
@@ -113,7 +113,7 @@ TEST(TreatmentOnAFullDisk, WithRoomAtItsEndTheRunFolderIsCompleteAndHasTheAlarm)
   const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {
     const Ballast ballast(folder.path() / "ballast");
     const fs::path run = folder.path() / "run";
-    open_run_folder(run, config);
+    const ClaimedFolder claimed = open_run_folder(run, config);
     const Treatment treatment = on_filling_disk(config, models, run, ballast);
     ballast.release();
     write_run(run, config, treatment);

@@ -20,7 +20,7 @@ Treatment record(const std::filesystem::path& folder, const std::vector<std::str
                  ModelStore& models) {
   const Config config = shipped("paper-1khz.toml", overrides);
   const Treatment treatment = treat(config, models);
-  open_run_folder(folder, config);
+  const ClaimedFolder claimed = open_run_folder(folder, config);
   write_run(folder, config, treatment);
   return treatment;
 }

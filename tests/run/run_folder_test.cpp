@@ -36,7 +36,7 @@ TEST(Summary, CountsViolationsTimeErrorAndDose) {
   EXPECT_EQ(numbers.limit_active_cycles, 3U);
   EXPECT_DOUBLE_EQ(numbers.time_to_95_percent.value(), 0.04);
   EXPECT_NEAR(numbers.rms_error_after_50_ms.value(), std::sqrt((9.0 + 4.0 + 1.0) / 3.0), 1e-12);
-  EXPECT_NEAR(numbers.absorption_error_final, 0.1, 1e-12);
+  EXPECT_NEAR(numbers.absorption_error_final.value(), 0.1, 1e-12);
   EXPECT_TRUE(numbers.stopped_for.empty());
   EXPECT_EQ(numbers.dark_since, 0U);
   Treatment lit = with_peaks({20.0, 28.5, 33.0, 32.0, 31.0}, 0.02);

@@ -12,6 +12,7 @@
 
 #include "photocoag/config/fields.hpp"
 #include "photocoag/config/source.hpp"
+#include "photocoag/config/usage.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
@@ -43,7 +44,9 @@ std::string text_of(const Value& value, const std::string& key) {
 double number_of(const Value& table, std::string_view key) {
   const Value& value = required(table, key);
   if (value.kind == Value::Kind::kInteger) return static_cast<double>(value.integer);
-  if (value.kind != Value::Kind::kFloat) refuse(value, std::string(key), "a number");
+  if (value.kind != Value::Kind::kFloat || !std::isfinite(value.number)) {
+    refuse(value, std::string(key), "a finite number");
+  }
   return value.number;
 }
 
@@ -170,7 +173,8 @@ Campaign load_campaign(const std::string& file) {
   }
   std::vector<std::string> set;
   for (const Entry& entry : items(root, "set")) set.push_back(text_of(entry.value, "set"));
-  campaign.config = load_config(config_file, set);
+  std::vector<UnusedKey> unused;  // a study may share its configuration with others
+  campaign.config = load_config(config_file, set, Use::kSimulate, unused);
   for (const Entry& entry : items(root, "input")) {
     campaign.inputs.push_back(read_input(entry.value));
     for (std::size_t i = 0; i + 1 < campaign.inputs.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include "photocoag/core/error.hpp"
 
@@ -57,6 +59,20 @@ Journal::Journal(const std::filesystem::path& file, const Campaign& campaign)
     : name_(file.string()) {
   file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) fail(name_, "cannot be opened");
+  try {
+    read(campaign);
+  } catch (...) {
+    close(file_);
+    throw;
+  }
+}
+
+void Journal::read(const Campaign& campaign) {
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw Error(ErrorParts{.where = name_,
+                           .problem = "another process runs this campaign",
+                           .accepted = "one at a time in a folder"});
+  }
   const std::string header = header_of(campaign);
   struct stat status {};
   if (fstat(file_, &status) != 0) fail(name_, "cannot be read");
@@ -72,7 +88,6 @@ Journal::Journal(const std::filesystem::path& file, const Campaign& campaign)
     }
     good = header.size();
   } else if (std::string_view(content).substr(0, header.size()) != header) {
-    close(file_);
     throw Error(ErrorParts{.where = name_,
                            .problem = "the journal of another campaign: its file, configuration or "
                                       "program differ from these",
@@ -82,12 +97,16 @@ Journal::Journal(const std::filesystem::path& file, const Campaign& campaign)
     const std::size_t bytes = (block_size(inputs) + 1) * sizeof(double);
     good = header.size();
     std::vector<double> block(block_size(inputs));
+    std::vector<bool> seen(campaign.spots, false);
     for (; good + bytes <= content.size(); good += bytes) {
       std::uint64_t sum = 0;
       std::memcpy(block.data(), content.data() + good, bytes - sizeof sum);
       std::memcpy(&sum, content.data() + good + bytes - sizeof sum, sizeof sum);
       if (sum != checksum(block)) break;
-      found_.push_back(from_block(block.data(), inputs));
+      SpotRecord record = from_block(block.data(), inputs);
+      if (record.spot >= campaign.spots || seen[record.spot]) continue;  // two wrote here once
+      seen[record.spot] = true;
+      found_.push_back(std::move(record));
     }
   }
   if (ftruncate(file_, static_cast<off_t>(good)) != 0 ||

@@ -1,6 +1,7 @@
 // Role: offline; finished spots on disk, so that an interrupted campaign continues. Used by
 // campaign. Append-only: a header, then one block of fixed size per spot with its checksum; a block
-// cut short by a crash is dropped. Real-time promise: none. Threads: one owner.
+// cut short by a crash is dropped, and so is the second block of a spot. Real-time promise: none.
+// Threads: one owner.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +19,9 @@ std::size_t block_size(std::size_t inputs);
 
 class Journal {
  public:
-  /// Opens or makes `file` and reads the spots that are there. Throws Error if it belongs to
-  /// another campaign (file, configuration or program have changed).
+  /// Opens or makes `file`, locks it, and reads the spots that are there, each once. Throws Error
+  /// if another process has it, or if it belongs to another campaign (file, configuration or
+  /// program have changed).
   Journal(const std::filesystem::path& file, const Campaign& campaign);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -30,6 +32,8 @@ class Journal {
   void append(const SpotRecord& record);
 
  private:
+  void read(const Campaign& campaign);
+
   std::string name_;
   int file_ = -1;
   std::vector<SpotRecord> found_;

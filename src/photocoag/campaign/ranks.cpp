@@ -1,6 +1,11 @@
 #include "photocoag/campaign/ranks.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cstdlib>
+#include <string>
+#include <utility>
 
 #include "photocoag/core/error.hpp"
 
@@ -11,12 +16,30 @@
 namespace photocoag {
 namespace {
 
-// What mpirun of Open MPI, of MPICH, and srun leave in the environment.
-int launched_size() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
-    if (const char* value = std::getenv(name)) return std::atoi(value);
+struct Launch {
+  std::string variable;
+  int size = 0;
+};
+
+// What mpirun of Open MPI, of MPICH, and srun leave in the environment. A launcher may itself have
+// been launched: the first is the innermost.
+std::vector<Launch> launches() {
+  std::vector<Launch> found;
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
+    const char* value = std::getenv(name);
+    const int size = value == nullptr ? 0 : std::atoi(value);
+    if (size > 0) found.push_back({name, size});
   }
-  return 0;
+  return found;
+}
+
+// Processes that do not know of each other would each do the whole campaign.
+[[noreturn]] void refuse_launch(const Launch& launch, std::string problem, std::string accepted) {
+  throw Error(ErrorParts{.where = "environment",
+                         .key = launch.variable,
+                         .problem = std::move(problem),
+                         .found = fmt::format("{}", launch.size),
+                         .accepted = std::move(accepted)});
 }
 
 }  // namespace
@@ -26,13 +49,26 @@ int launched_size() {
 bool Ranks::has_mpi() noexcept { return true; }
 
 Ranks::Ranks() {
-  if (launched_size() == 0) return;
+  const std::vector<Launch> stated = launches();
+  if (stated.empty()) return;
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
   started_ = true;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
-  if (provided < MPI_THREAD_FUNNELED) throw Error("this MPI library cannot be used with threads");
+  try {
+    if (provided < MPI_THREAD_FUNNELED) throw Error("this MPI library cannot be used with threads");
+    const bool as_stated = std::any_of(stated.begin(), stated.end(),
+                                       [&](const Launch& launch) { return launch.size == size_; });
+    if (!as_stated) {
+      refuse_launch(
+          stated.front(), "the launcher is not that of this program's MPI",
+          fmt::format("{}, as this MPI counts: start with the mpirun of the same MPI", size_));
+    }
+  } catch (...) {
+    MPI_Finalize();
+    throw;
+  }
 }
 
 Ranks::~Ranks() {
@@ -77,8 +113,8 @@ void Ranks::abort(int exit_code) {
 
 bool Ranks::has_mpi() noexcept { return false; }
 Ranks::Ranks() {
-  if (launched_size() > 1) {
-    throw Error("this build has no MPI: several ranks would each do the whole campaign");
+  for (const Launch& launch : launches()) {
+    if (launch.size > 1) refuse_launch(launch, "this build has no MPI", "1");
   }
 }
 Ranks::~Ranks() = default;

@@ -10,7 +10,8 @@ namespace photocoag {
 /// Messages between the ranks; values are doubles.
 class Ranks {
  public:
-  /// Starts MPI if mpirun (or srun) started this process; ends it when destroyed.
+  /// Starts MPI if mpirun (or srun) started this process; ends it when destroyed. Throws Error if
+  /// the launcher started another number of processes than MPI knows of.
   Ranks();
   ~Ranks();
   Ranks(const Ranks&) = delete;

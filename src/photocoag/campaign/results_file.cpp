@@ -10,6 +10,8 @@
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/utf8.hpp"
 
 namespace photocoag {
 namespace {
@@ -20,9 +22,11 @@ class Handle {
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {
     if (id_ < 0) throw Error("HDF5 refused to write the results");
   }
-  ~Handle() { close_(id_); }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&&) = delete;
   operator hid_t() const noexcept { return id_; }
 
  private:
@@ -34,10 +38,29 @@ void need(herr_t status) {
   if (status < 0) throw Error("HDF5 refused to write the results");
 }
 
-void text_attribute(hid_t object, const char* name, const std::string& text) {
+// The library replaces what is no regular file: it gets a file in memory.
+Handle file_in_memory() {
+  constexpr std::size_t kGrowth = std::size_t{1} << 20U;  // bytes
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  need(H5Pset_fapl_core(access, kGrowth, 0));
+  return {H5Fcreate("memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
+}
+
+std::string image_of(hid_t file) {
+  need(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  need(size < 0 ? -1 : 0);
+  std::string image(static_cast<std::size_t>(size), '\0');
+  need(H5Fget_file_image(file, image.data(), image.size()) == size ? 0 : -1);
+  return image;
+}
+
+void text_attribute(hid_t object, const char* name, const std::string& value) {
+  const std::string text = valid_utf8(value);
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   need(H5Tset_size(type, std::max<std::size_t>(1, text.size())));
-  need(H5Tset_cset(type, H5T_CSET_UTF8));
+  // Octave reads no text that is declared as UTF-8: only what needs it is.
+  need(H5Tset_cset(type, is_ascii(text) ? H5T_CSET_ASCII : H5T_CSET_UTF8));
   need(H5Tset_strpad(type, H5T_STR_NULLPAD));
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
@@ -121,38 +144,35 @@ void write_results(const std::filesystem::path& file, const Campaign& campaign,
     for (const double value : spots[k].inputs) put(&value);
     for (const double value : spots[k].outcomes) put(&value);
   }
-  const std::string part = file.string() + ".part";
-  {
-    const Handle out(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    const Handle memory(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
-    const Handle disk(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const bool count = i < 2;
-      need(H5Tinsert(memory, columns[i].name.c_str(), i * 8,
-                     count ? H5T_NATIVE_UINT64 : H5T_NATIVE_DOUBLE));
-      need(H5Tinsert(disk, columns[i].name.c_str(), i * 8, count ? H5T_STD_U64LE : H5T_IEEE_F64LE));
-    }
-    const hsize_t size = spots.size();
-    const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
-    const Handle how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    need(H5Pset_obj_track_times(how, false));  // the same campaign, the same bytes
-    const Handle table(H5Dcreate2(out, "spots", disk, space, H5P_DEFAULT, how, H5P_DEFAULT),
-                       H5Dclose);
-    if (!spots.empty()) need(H5Dwrite(table, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data()));
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      text_attribute(table, ("unit of " + columns[i].name).c_str(), columns[i].unit);
-      text_attribute(table, ("meaning of " + columns[i].name).c_str(), columns[i].meaning);
-    }
-    text_attribute(out, "notice", std::string(kResearchNotice));
-    text_attribute(out, "program", fmt::format("photocoag {}", version()));
-    text_attribute(out, "source_hash", std::string(source_hash()));
-    text_attribute(out, "campaign_toml", campaign.text);
-    text_attribute(out, "config_toml", to_toml(campaign.config));
-    text_attribute(out, "config_sha256", config_sha256(campaign.config));
-    count_attribute(out, "seed", campaign.seed);
-    count_attribute(out, "spots_wanted", campaign.spots);
+  const Handle out = file_in_memory();
+  const Handle memory(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
+  const Handle disk(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const bool count = i < 2;
+    need(H5Tinsert(memory, columns[i].name.c_str(), i * 8,
+                   count ? H5T_NATIVE_UINT64 : H5T_NATIVE_DOUBLE));
+    need(H5Tinsert(disk, columns[i].name.c_str(), i * 8, count ? H5T_STD_U64LE : H5T_IEEE_F64LE));
   }
-  std::filesystem::rename(part, file);
+  const hsize_t size = spots.size();
+  const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const Handle how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  need(H5Pset_obj_track_times(how, false));  // the same campaign, the same bytes
+  const Handle table(H5Dcreate2(out, "spots", disk, space, H5P_DEFAULT, how, H5P_DEFAULT),
+                     H5Dclose);
+  if (!spots.empty()) need(H5Dwrite(table, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data()));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    text_attribute(table, ("unit of " + columns[i].name).c_str(), columns[i].unit);
+    text_attribute(table, ("meaning of " + columns[i].name).c_str(), columns[i].meaning);
+  }
+  text_attribute(out, "notice", std::string(kResearchNotice));
+  text_attribute(out, "program", fmt::format("photocoag {}", version()));
+  text_attribute(out, "source_hash", std::string(source_hash()));
+  text_attribute(out, "campaign_toml", campaign.text);
+  text_attribute(out, "config_toml", to_toml(campaign.config));
+  text_attribute(out, "config_sha256", config_sha256(campaign.config));
+  count_attribute(out, "seed", campaign.seed);
+  count_attribute(out, "spots_wanted", campaign.spots);
+  write_file(file.string(), image_of(out));
 }
 
 }  // namespace photocoag

@@ -127,8 +127,8 @@ class Ledger {
   std::size_t next_ = 0;
 };
 
-// A campaign's folder is new, empty, or holds this campaign's journal.
-void prepare_folder(const fs::path& out, const Campaign& campaign) {
+// A campaign's folder is new, empty, or holds this campaign's journal, which is this process's now.
+std::unique_ptr<Journal> prepare_folder(const fs::path& out, const Campaign& campaign) {
   if (!fs::exists(out / "journal.bin")) check_run_folder(out);
   std::error_code error;
   fs::create_directories(out, error);
@@ -137,16 +137,16 @@ void prepare_folder(const fs::path& out, const Campaign& campaign) {
                            .problem = "the folder cannot be made: " + error.message(),
                            .found = out.string()});
   }
-  Journal journal(out / "journal.bin", campaign);  // refuses another campaign's
+  auto journal = std::make_unique<Journal>(out / "journal.bin", campaign);
   write_file((out / "campaign.toml").string(), campaign.text);
   write_file((out / "config.toml").string(), to_toml(campaign.config));
+  return journal;
 }
 
 // Rank 0: hands out work, keeps the journal.
-void lead(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks, Pool& pool,
-          unsigned threads, const std::atomic<bool>& stop,
+void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, unsigned threads,
+          const std::atomic<bool>& stop,
           const std::function<void(const CampaignProgress&)>& progress, CampaignResult& result) {
-  Journal journal(options.out / "journal.bin", campaign);
   Ledger ledger(campaign.spots, journal.found());
   result.spots = journal.found();
   const auto begin = Clock::now();
@@ -248,7 +248,8 @@ void follow(Ranks& ranks, Pool& pool, unsigned threads) {
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks,
                             const std::atomic<bool>& stop,
                             const std::function<void(const CampaignProgress&)>& progress) {
-  if (ranks.rank() == 0) prepare_folder(options.out, campaign);
+  std::unique_ptr<Journal> journal;
+  if (ranks.rank() == 0) journal = prepare_folder(options.out, campaign);
   const SpotModels models = make_spot_models(campaign, options.use_cache);
   const unsigned threads =
       options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
@@ -256,8 +257,8 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
   CampaignResult result;
   result.full_order_states =
       models.standing ? models.standing->states() : models.controller.full_order_states;
-  if (ranks.rank() == 0) {
-    lead(campaign, options, ranks, pool, threads, stop, progress, result);
+  if (journal) {
+    lead(campaign, *journal, ranks, pool, threads, stop, progress, result);
   } else {
     follow(ranks, pool, threads);
   }

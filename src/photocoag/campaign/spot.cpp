@@ -164,7 +164,7 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                      numbers.time_to_95_percent ? *numbers.time_to_95_percent * 1e3 : nan,
                      mean,
                      late > 0.0 ? std::sqrt(std::max(0.0, squares / late - mean * mean)) : nan,
-                     100.0 * numbers.absorption_error_final,
+                     100.0 * numbers.absorption_error_final.value_or(0.0),
                      numbers.thermal_dose[0],
                      numbers.thermal_dose[1],
                      unsolved,

@@ -10,6 +10,7 @@
 
 #include "photocoag/config/decimal.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/utf8.hpp"
 
 namespace photocoag {
 namespace {
@@ -82,6 +83,7 @@ void assign_text(const Field& field, const TextField& target, const Value& value
   *target.value = text;
   if (!target.is_path || text.empty()) return;
   *target.value = (fs::path(folder) / text).lexically_normal().string();
+  if (!is_utf8(*target.value)) refuse_value(field, value, "the name of its folder is not UTF-8");
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "photocoag/config/fields.hpp"
 #include "photocoag/config/reader.hpp"
 #include "photocoag/config/source.hpp"
+#include "photocoag/config/usage.hpp"
 #include "photocoag/core/check.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/sha256.hpp"
@@ -140,14 +141,32 @@ void Config::validate() const {
   require(run.seed <= kMostSeed, "run.seed", std::to_string(run.seed), "from 0 to 2^63 - 1");
 }
 
-Config load_config(const std::string& file, const std::vector<std::string>& overrides) {
+namespace {
+
+Config load(const std::string& file, const std::vector<std::string>& overrides, Places& places) {
   Config config;
-  const Places places = read_sources(read_all(file, overrides), config);
+  places = read_sources(read_all(file, overrides), config);
   try {
     config.validate();
   } catch (const Error& error) {
     throw with_place(error, places, config);
   }
+  return config;
+}
+
+}  // namespace
+
+Config load_config(const std::string& file, const std::vector<std::string>& overrides) {
+  Places places;
+  return load(file, overrides, places);
+}
+
+Config load_config(const std::string& file, const std::vector<std::string>& overrides, Use use,
+                   std::vector<UnusedKey>& unused) {
+  Places places;
+  const Config config = load(file, overrides, places);
+  refuse_contradictions(config, places, use);
+  unused = unused_keys(config, places, use);
   return config;
 }
 

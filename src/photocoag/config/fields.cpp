@@ -199,8 +199,8 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
       {number(key("ambient_C"), t.ambient_celsius, {"deg C"}, {-10, 60},
               "absolute temperature = ambient + rise"),
        number(key("domain_radius_um"), t.domain_radius, kMicrometres, {1, 20000},
-              "no temperature rise there; at least twice spot_radius_um"),
-       number(key("spot_radius_um"), t.spot_radius, kMicrometres, {0, 5000, true},
+              "no temperature rise there; 2 to 2000 times spot_radius_um"),
+       number(key("spot_radius_um"), t.spot_radius, kMicrometres, {0.01, 5000},
               "of the flat top; where the Gaussian has 1/e2 of its intensity"),
        word(key("beam"), t.beam,
             {to_string(BeamProfile::kFlatTop), to_string(BeamProfile::kGaussian),
@@ -225,8 +225,8 @@ void add_tissue(std::string_view prefix, Tissue& t, std::vector<Field>& list) {
              "the name of a layer: the peak temperature is at its mid-depth"},
        Field{
            key("layers"), LayersField{&t.layers},
-           "1 to 32, in the order in which the light meets them; thickness above 0, at most "
-           "20000 um;\nabsorption 0 to 1e7 1/m, times alpha or beta where scaled_by = \"alpha\" or "
+           "1 to 32, in the order in which the light meets them; thickness 0.01 to 20000 "
+           "um;\nabsorption 0 to 1e7 1/m, times alpha or beta where scaled_by = \"alpha\" or "
            "\"beta\".\nOptional: conductivity_W_per_mK, density_kg_per_m3, heat_capacity_J_per_kgK "
            "(else the "
            "tissue's), "
@@ -330,32 +330,31 @@ std::vector<Field> fields(Config& config) {
 }
 
 std::vector<Field> layer_fields(Layer& layer, const std::string& prefix) {
-  return {Field{prefix + ".name", TextField{&layer.name}, "unique"},
-          number(prefix + ".thickness_um", layer.thickness, kMicrometres, {0, 20000, true},
-                 "thickness"),
-          number(prefix + ".absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7},
-                 "absorption coefficient"),
-          Field{prefix + ".scaled_by",
-                WordField{{"none", "alpha", "beta"},
-                          [&layer] {
-                            return layer.scaled_by_alpha
-                                       ? std::size_t{1}
-                                       : std::size_t{layer.scaled_by_beta ? 2U : 0U};
-                          },
-                          [&layer](std::size_t index) {
-                            layer.scaled_by_alpha = index == 1;
-                            layer.scaled_by_beta = index == 2;
-                          },
-                          {}},
-                "alpha, beta: multiplied by it"},
-          optional_number(prefix + ".conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
-                          {0, 1e3, true}, "thermal; else the tissue's"),
-          optional_number(prefix + ".density_kg_per_m3", layer.density, {"kg/m3"}, {0, 1e5, true},
-                          "else the tissue's"),
-          optional_number(prefix + ".heat_capacity_J_per_kgK", layer.heat_capacity, {"J/(kg K)"},
-                          {0, 1e5, true}, "specific; else the tissue's"),
-          number(prefix + ".perfusion_W_per_m3K", layer.perfusion, {"W/(m3 K)"}, {0, 1e8},
-                 "heat carried away by blood at ambient")};
+  return {
+      Field{prefix + ".name", TextField{&layer.name}, "unique"},
+      number(prefix + ".thickness_um", layer.thickness, kMicrometres, {0.01, 20000}, "thickness"),
+      number(prefix + ".absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7},
+             "absorption coefficient"),
+      Field{prefix + ".scaled_by",
+            WordField{{"none", "alpha", "beta"},
+                      [&layer] {
+                        return layer.scaled_by_alpha ? std::size_t{1}
+                                                     : std::size_t{layer.scaled_by_beta ? 2U : 0U};
+                      },
+                      [&layer](std::size_t index) {
+                        layer.scaled_by_alpha = index == 1;
+                        layer.scaled_by_beta = index == 2;
+                      },
+                      {}},
+            "alpha, beta: multiplied by it"},
+      optional_number(prefix + ".conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
+                      {0, 1e3, true}, "thermal; else the tissue's"),
+      optional_number(prefix + ".density_kg_per_m3", layer.density, {"kg/m3"}, {0, 1e5, true},
+                      "else the tissue's"),
+      optional_number(prefix + ".heat_capacity_J_per_kgK", layer.heat_capacity, {"J/(kg K)"},
+                      {0, 1e5, true}, "specific; else the tissue's"),
+      number(prefix + ".perfusion_W_per_m3K", layer.perfusion, {"W/(m3 K)"}, {0, 1e8},
+             "heat carried away by blood at ambient")};
 }
 
 }  // namespace photocoag

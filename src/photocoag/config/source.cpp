@@ -202,9 +202,7 @@ std::string_view kind_name(Value::Kind kind) noexcept {
 }
 
 Value read_toml_file(const std::string& file) {
-  std::string content = read_file(file, kMostBytes, "TOML file");
-  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // byte order mark
-  return parse(content, file, true);
+  return parse(plain_text(read_file(file, kMostBytes, "TOML file"), file), file, true);
 }
 
 Value read_override(const std::string& option) {

@@ -36,7 +36,7 @@ struct Entry {
 /// "a string", "an integer", …
 std::string_view kind_name(Value::Kind kind) noexcept;
 
-/// Reads a TOML file: regular, at most 1 MB, UTF-8 (a byte order mark is skipped).
+/// Reads a TOML file: regular, at most 1 MB, UTF-8 (one byte order mark is skipped).
 /// Throws Error naming file:line:column and what the parser says.
 Value read_toml_file(const std::string& file);
 

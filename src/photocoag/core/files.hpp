@@ -1,8 +1,9 @@
 // Role: setup; reading and writing whole files with errors that name them. Used by config, rom,
-// run, report.
+// run, report, tables, campaign.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -13,8 +14,18 @@ namespace photocoag {
 std::string read_file(const std::string& file, std::size_t max_bytes,
                       std::string_view kind = "file");
 
-/// Writes beside `path`, then renames: readers see the old file or the new one, never half. Throws
-/// Error.
+/// `content` without its byte order mark, if it has one. Throws Error naming `where` if there is a
+/// second one, or a zero byte (with its line), which many parsers take for the end of the text.
+std::string plain_text(std::string content, const std::string& where);
+
+/// Writes a new file beside `path`, then renames it: readers see the old file or the new one, never
+/// half. A symbolic link stays and its target is replaced; a pipe, a terminal or another character
+/// device (/dev/null, /dev/stdout) is written to. The new file follows no link (O_EXCL) and gets
+/// the permissions of the old one. Throws Error.
 void write_file(const std::string& path, std::string_view content);
+
+/// What `write` puts into the file whose name it is given, a file in memory: for libraries that
+/// write nothing but named files. Throws Error, and what `write` throws.
+std::string written_by(const std::function<void(const std::string& name)>& write);
 
 }  // namespace photocoag

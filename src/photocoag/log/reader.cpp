@@ -103,14 +103,15 @@ FieldMap map_fields(const LogHeader& header, const std::string& where) {
   FieldMap map;
   for (std::size_t to = 0; to < kLogFields.size(); ++to) {
     const std::string_view type = kLogFields[to].type == LogFieldType::kReal ? "f8" : "i8";
-    const auto from = std::find_if(
-        header.fields.begin(), header.fields.end(), [&](const LogHeader::Field& field) {
-          return field.name == kLogFields[to].name && field.type == type &&
-                 field.unit == kLogFields[to].unit;
-        });
+    const auto from = std::find_if(header.fields.begin(), header.fields.end(),
+                                   [&](const LogHeader::Field& field) {
+                                     return field.name == kLogFields[to].name &&
+                                            field.type == type && field.unit == kLogFields[to].unit;
+                                   });
     if (from == header.fields.end()) {
-      if (to < 2) refuse(where, "without this field no record can be read", {},
-                         std::string(kLogFields[to].name));
+      if (to < 2)
+        refuse(where, "without this field no record can be read", {},
+               std::string(kLogFields[to].name));
       ++map.missing;
       continue;
     }
@@ -148,6 +149,7 @@ LogContent parse_segment(std::string_view bytes, const std::string& where) {
                     content.header.schema, map.missing, map.unknown));
   }
   const std::size_t record_bytes = 8 * content.header.fields.size();
+  const bool no_truth = content.header.schema < 3 && !content.header.device.empty();
   while (at < bytes.size()) {
     const auto block = block_at(bytes, at, record_bytes);
     if (!block) {  // look for the next one: blocks begin at multiples of 8
@@ -165,6 +167,7 @@ LogContent parse_segment(std::string_view bytes, const std::string& where) {
       for (const auto& [from, field] : map.from_to) {
         std::memcpy(to + 8 * field, bytes.data() + at + 8 * from, 8);
       }
+      if (no_truth) record.volume_true = record.peak_true = LogRecord::kNone;
       content.records.push_back(record);
     }
   }
@@ -205,9 +208,9 @@ LogContent read_segments(const std::vector<std::filesystem::path>& files) {
     throw Error(ErrorParts{.problem = "there is no log segment", .accepted = "one at least"});
   }
   std::stable_sort(all.records.begin(), all.records.end(), by_number);
-  const auto last = std::unique(
-      all.records.begin(), all.records.end(),
-      [](const LogRecord& a, const LogRecord& b) { return a.record == b.record; });
+  const auto last =
+      std::unique(all.records.begin(), all.records.end(),
+                  [](const LogRecord& a, const LogRecord& b) { return a.record == b.record; });
   all.records.erase(last, all.records.end());
   return all;
 }

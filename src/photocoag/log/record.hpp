@@ -83,8 +83,9 @@ struct LogField {
   LogFieldType type;
 };
 
-/// Version of the table below. Readers go by name, so that a new field breaks nothing.
-inline constexpr int kLogSchema = 2;
+/// Version of the table below. Readers go by name, so that a new field breaks nothing. Before 3 the
+/// true temperatures of a device, which does not tell them, were 0 instead of NaN.
+inline constexpr int kLogSchema = 3;
 
 /// In the order of LogRecord's members.
 inline constexpr std::array<LogField, sizeof(LogRecord) / 8> kLogFields = {{

@@ -38,7 +38,8 @@ std::string segment_header(const LogHeader& header) {
                                  {"segment", header.segment},
                                  {"record_bytes", sizeof(LogRecord)},
                                  {"fields", std::move(fields)}};
-  std::string json = text.dump();
+  // Names of devices need not be UTF-8.
+  std::string json = text.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   json.resize((json.size() + 7) / 8 * 8, ' ');
   std::string bytes(kSegmentMagic);
   const auto append = [&bytes](std::uint32_t number) {

@@ -17,7 +17,7 @@ struct CycleRecord {
   std::int64_t cycle = 0;
   double time = 0.0;      ///< s
   double power = 0.0;     ///< W
-  Outputs truth;          ///< K
+  Outputs truth;          ///< K; NaN: the device does not tell
   double measured = 0.0;  ///< K; NaN: no sample
   Estimate estimate;
   Decision decision;                            ///< what the controller wanted

@@ -129,7 +129,8 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
                      std::span<CycleRecord> records, std::atomic<std::size_t>& progress,
                      O& observer) noexcept {
   constexpr double kEvidence = 0.05;  // s
-  constexpr double kNothingWritten = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNothingWritten = kUnknown;
   LoopOutcome outcome;
   if (records.empty()) return outcome;  // nothing would ever switch the laser off again
   std::uint64_t token = 0;
@@ -167,7 +168,7 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
     record = {.cycle = static_cast<std::int64_t>(cycle),
               .time = static_cast<double>(cycle + 1) * period,
               .power = verdict.power,
-              .truth = {},
+              .truth = {.volume = kUnknown, .peak = kUnknown},
               .measured = sample.volume_temperature,
               .estimate = estimate,
               .decision = decision,

@@ -41,10 +41,10 @@ double ControlSettings::reference_at(double time) const noexcept {
   return reference_values[next - 1] + share * (reference_values[next] - reference_values[next - 1]);
 }
 
-double ControlSettings::share_at(long long period) const noexcept {
+double ControlSettings::share_at(long long n) const noexcept {
   if (shares.empty()) return 1.0;
   const auto last = static_cast<long long>(shares.size());
-  return shares[static_cast<std::size_t>(std::clamp(period, 1LL, last) - 1)];
+  return shares[static_cast<std::size_t>(std::clamp(n, 1LL, last) - 1)];
 }
 
 void ControlSettings::validate() const {

@@ -6,9 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numeric>
-#include <sstream>
 
 #include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
@@ -77,8 +75,7 @@ struct Header {
   std::size_t width = 0;
 };
 
-Header read_header(std::string_view line, const std::string& where) {
-  const std::vector<std::string_view> names = csv_cells(line);
+Header read_header(const std::vector<std::string_view>& names, const std::string& where) {
   const auto find = [&](std::string_view name, bool required) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -107,22 +104,16 @@ double RunLog::energy_J() const noexcept {
 }
 
 RunLog parse_run_log(std::string_view text, const std::string& where) {
+  CsvReader rows(std::string(text), where);
+  if (!rows.next())
+    throw Error({.where = where + ":1", .problem = "the file is empty", .accepted = "a header"});
+  const Header header = read_header(rows.cells(), where);
   RunLog log;
-  Header header;
-  std::size_t line_number = 0;
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    if (++line_number == 1) {
-      header = read_header(line, where);
-      continue;
-    }
-    const Place place{where, line_number};
-    const std::vector<std::string_view> cells = csv_cells(line);
+  while (rows.next()) {
+    const Place place{where, rows.line()};
+    const std::vector<std::string_view>& cells = rows.cells();
     if (cells.size() != header.width)
-      throw Error({.where = fmt::format("{}:{}", where, line_number),
+      throw Error({.where = rows.place(),
                    .problem = "the row does not match the header",
                    .found = fmt::format("{} columns", cells.size()),
                    .accepted = fmt::format("{} columns", header.width)});
@@ -137,8 +128,6 @@ RunLog parse_run_log(std::string_view text, const std::string& where) {
     if (!(log.time_s.back() > before))
       fail(place, "time_s", fmt::format("{}", log.time_s.back()), fmt::format("above {}", before));
   }
-  if (line_number == 0)
-    throw Error({.where = where + ":1", .problem = "the file is empty", .accepted = "a header"});
   return log;
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
 #include "photocoag/report/run_log.hpp"
 
 namespace photocoag {
@@ -159,7 +160,7 @@ double toml_number(const toml::table& table, std::string_view section, std::stri
 RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   Json json;
   try {
-    json = Json::parse(text);
+    json = Json::parse(plain_text(std::string(text), where));
   } catch (const nlohmann::json::parse_error& problem) {
     throw Error({.where = fmt::format("{}:{}", where, line_and_column(text, problem.byte)),
                  .problem = "not valid JSON"});
@@ -199,7 +200,7 @@ RunConfig parse_run_config(std::string_view text, const std::string& where) {
   config.text = text;
   toml::table table;
   try {
-    table = toml::parse(text);
+    table = toml::parse(plain_text(config.text, where));
   } catch (const toml::parse_error& problem) {
     throw Error({.where = fmt::format("{}:{}:{}", where, problem.source().begin.line,
                                       problem.source().begin.column),

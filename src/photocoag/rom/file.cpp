@@ -279,7 +279,8 @@ std::string to_json(const ReducedModel& model) {
   return json.dump(1) + "\n";
 }
 
-ReducedModel from_json(std::string_view text, std::string_view where) {
+ReducedModel from_json(std::string_view content, std::string_view where) {
+  const std::string text = plain_text(std::string(content), std::string(where));
   Json json;
   try {
     // Copying and writing nested values recurses: a file of brackets must not end the program.

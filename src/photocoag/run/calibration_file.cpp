@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <sstream>
 #include <string_view>
 
 #include "photocoag/config/source.hpp"
@@ -104,38 +104,31 @@ std::string to_toml(const CurveData& curve) {
 }
 
 std::vector<CalibrationPoint> load_heating_data(const std::string& file) {
-  const std::string content = read_file(file, kLargestData, "CSV file");
-  std::istringstream lines(content);
-  std::string line;
-  std::getline(lines, line);
-  const std::string header = line;
-  const std::vector<std::string_view> names = csv_cells(header);
+  CsvReader table(read_file(file, kLargestData, "CSV file"), file);
+  table.next();
+  const std::vector<std::string> names(table.cells().begin(), table.cells().end());
   const auto column = [&](std::string_view name) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i] == name) return i;
-    }
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
     throw Error(ErrorParts{.where = file,
                            .key = std::string(name),
                            .problem = "no such column",
-                           .found = shown(header),
+                           .found = shown(fmt::format("{}", fmt::join(names, ","))),
                            .accepted = "columns temperature_C, amplitude, energy_uJ"});
   };
   const std::size_t of_temperature = column("temperature_C");
   const std::size_t of_amplitude = column("amplitude");
   const std::size_t of_energy = column("energy_uJ");
   std::vector<CalibrationPoint> points;
-  for (int number = 2; std::getline(lines, line); ++number) {
-    if (line.empty() || line == "\r") continue;
-    const std::vector<std::string_view> cells = csv_cells(line);
+  while (table.next()) {
+    if (table.blank()) continue;
     const auto read = [&](std::size_t i) {
-      const std::string_view cell = i < cells.size() ? cells[i] : std::string_view();
+      const std::string_view cell = i < table.cells().size() ? table.cells()[i] : "";
       double value = 0.0;
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
       if (error != std::errc() || end != cell.data() + cell.size()) {
-        throw Error(ErrorParts{.where = fmt::format("{}:{}", file, number),
-                               .key = std::string(names[i]),
-                               .found = shown(cell),
-                               .accepted = "a number"});
+        throw Error(ErrorParts{
+            .where = table.place(), .key = names[i], .found = shown(cell), .accepted = "a number"});
       }
       return value;
     };

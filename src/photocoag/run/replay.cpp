@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <string_view>
 
 #include "photocoag/core/csv.hpp"
@@ -27,23 +26,25 @@ namespace {
 
 constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
 
-/// Column numbers by name, and the cells of the current line.
+/// A run.csv row by row, cells by the names of their columns.
 class Table {
  public:
-  Table(std::string file, std::string_view header) : file_(std::move(file)) {
-    for (const std::string_view name : csv_cells(header)) names_.emplace_back(name);
+  explicit Table(const std::string& file) : rows_(read_file(file, kLargestRun, "run.csv"), file) {
+    rows_.next();
+    names_.assign(rows_.cells().begin(), rows_.cells().end());
   }
-  void line(std::string_view text) {
-    ++line_;
-    cells_ = csv_cells(text);
-    if (cells_.size() != names_.size()) {
-      fail("", fmt::format("{} cells", cells_.size()), fmt::format("{} cells", names_.size()));
+  bool next() {
+    if (!rows_.next()) return false;
+    if (rows_.cells().size() != names_.size()) {
+      fail("", fmt::format("{} cells", rows_.cells().size()),
+           fmt::format("{} cells", names_.size()));
     }
+    return true;
   }
   std::string_view text(std::string_view column) const {
     const auto name = std::find(names_.begin(), names_.end(), column);
     if (name == names_.end()) fail(column, "no such column", "a run.csv of this version");
-    return cells_[static_cast<std::size_t>(name - names_.begin())];
+    return rows_.cells()[static_cast<std::size_t>(name - names_.begin())];
   }
   bool has(std::string_view column) const {
     return std::find(names_.begin(), names_.end(), column) != names_.end();
@@ -61,15 +62,13 @@ class Table {
 
  private:
   [[noreturn]] void fail(std::string_view key, std::string found, std::string accepted) const {
-    throw Error(ErrorParts{.where = fmt::format("{}:{}", file_, line_),
+    throw Error(ErrorParts{.where = rows_.place(),
                            .key = std::string(key),
                            .found = std::move(found),
                            .accepted = std::move(accepted)});
   }
-  std::string file_;
-  std::size_t line_ = 1;
+  CsvReader rows_;
   std::vector<std::string> names_;
-  std::vector<std::string_view> cells_;
 };
 
 template <Supervision S>
@@ -84,28 +83,15 @@ ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& mo
           .differs_at = std::min(device.differs_at(), device.compared())};
 }
 
-/// Only runs paced by the clock say what scheduling they got.
-bool ran_by_the_clock(const std::filesystem::path& folder) {
-  const std::filesystem::path summary = folder / "summary.json";
-  return std::filesystem::exists(summary) &&
-         read_file(summary.string(), kLargestRun, "summary.json").find("\"scheduling\"") !=
-             std::string::npos;
-}
-
 }  // namespace
 
 std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period) {
-  const std::string content = read_file(csv_file, kLargestRun, "run.csv");
-  std::istringstream lines(content);
-  std::string line;
-  std::getline(lines, line);
-  Table table(csv_file, line);
+  Table table(csv_file);
   const auto period_ns = static_cast<std::int64_t>(period * 1e9 + 0.5);
   std::vector<ReplayCycle> cycles;
   std::vector<bool> overrun;
   bool stopped = false;
-  while (std::getline(lines, line)) {
-    table.line(line);
+  while (table.next()) {
     ReplayCycle cycle;
     cycle.written = cycle.readback.power = table.number("power_W");
     if (table.has("power_command_W")) cycle.written = table.number("power_command_W");
@@ -148,11 +134,8 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   WitnessModel witness = witness_model(models.reduced(), config.estimator);
   if (pulses) see_pulses(witness, per_period, feed);
   // Only runs on a device say what was commanded.
-  const std::string header = read_file((folder / "run.csv").string(), kLargestRun, "run.csv");
-  const bool device = header.substr(0, header.find('\n')).find(",power_command_W") != header.npos;
-  SafetyLimits limits = device ? device_limits(config) : safety_limits(config);
-  if (ran_by_the_clock(folder)) limits.command_held = 1;
-  Supervisor supervisor(limits, witness);
+  const bool device = Table((folder / "run.csv").string()).has("power_command_W");
+  Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test(passed_self_test(config.plant.noise));

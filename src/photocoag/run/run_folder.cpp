@@ -71,6 +71,11 @@ bool estimates_choroid(const Config& config) {
 
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
+// The absorption factors of an eye behind a driver are nowhere written.
+bool is_simulated(const Treatment& treatment) {
+  return !treatment.device || !treatment.device->name.starts_with("driver");
+}
+
 }  // namespace
 
 RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
@@ -78,11 +83,11 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
   numbers.limit = config.control.peak_max;
   double squares = 0.0;
   std::size_t late = 0;
-  bool truth_known = treatment.records.empty();
+  numbers.truth_known = treatment.records.empty();
   double celsius = config.plant.tissue.ambient_celsius;  // of the peak, absolute
   for (const CycleRecord& record : treatment.records) {
     const double peak = record.truth.peak;
-    truth_known = truth_known || std::isfinite(peak);
+    numbers.truth_known = numbers.truth_known || std::isfinite(peak);
     numbers.peak_true_max = std::max(numbers.peak_true_max, peak);
     numbers.peak_estimate_max = std::max(numbers.peak_estimate_max, record.estimate.outputs.peak);
     numbers.limit_violations += peak > numbers.limit ? 1 : 0;
@@ -102,9 +107,9 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
       ++late;
     }
   }
-  if (!truth_known) numbers.peak_true_max = std::numeric_limits<double>::quiet_NaN();
+  if (!numbers.truth_known) numbers.peak_true_max = std::numeric_limits<double>::quiet_NaN();
   if (late > 0) numbers.rms_error_after_50_ms = std::sqrt(squares / static_cast<double>(late));
-  if (!treatment.records.empty()) {
+  if (!treatment.records.empty() && is_simulated(treatment)) {
     numbers.absorption_error_final =
         treatment.records.back().estimate.absorption_factor / config.plant.absorption_factor - 1.0;
     if (estimates_choroid(config)) {
@@ -159,35 +164,18 @@ std::string run_csv(const Treatment& treatment, bool with_choroid) {
   return text;
 }
 
-fs::path new_run_folder(std::uint64_t seed) {
-  const fs::path base = fs::path("runs") / fmt::format("{:%Y%m%d-%H%M%S}-seed{}",
-                                                       fmt::gmtime(std::time(nullptr)), seed);
-  fs::path folder = base;
-  for (int i = 2; fs::exists(folder); ++i) folder = fmt::format("{}-{}", base.string(), i);
-  return folder;
+ClaimedFolder open_run_folder(const fs::path& folder, const Config& config) {
+  ClaimedFolder claimed(folder);
+  write_file(claimed.path() / "config.toml", to_toml(config));
+  return claimed;
 }
 
-void check_run_folder(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::exists(folder, error)) return;
-  if (fs::is_directory(folder, error) && fs::is_empty(folder, error) && !error) return;
-  throw Error(ErrorParts{.where = "--out",
-                         .problem = "a run never overwrites another one",
-                         .found = folder.string() + ", which exists and is not an empty folder",
-                         .accepted = "a new or empty folder"});
-}
-
-void open_run_folder(const fs::path& folder, const Config& config) {
-  check_run_folder(folder);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    throw Error(ErrorParts{.where = "--out",
-                           .problem = "the folder cannot be made: " + error.message(),
-                           .found = folder.string(),
-                           .accepted = "a folder that you may write to"});
-  }
-  write_file(folder / "config.toml", to_toml(config));
+ClaimedFolder open_new_run_folder(const Config& config) {
+  ClaimedFolder claimed = ClaimedFolder::next_after(
+      fs::path("runs") /
+      fmt::format("{:%Y%m%d-%H%M%S}-seed{}", fmt::gmtime(std::time(nullptr)), config.run.seed));
+  write_file(claimed.path() / "config.toml", to_toml(config));
+  return claimed;
 }
 
 void write_run(const fs::path& folder, const Config& config, const Treatment& treatment) {
@@ -202,11 +190,11 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
       {"peak_true_max_K", numbers.peak_true_max},
       {"peak_estimate_max_K", numbers.peak_estimate_max},
       {"limit_K", numbers.limit},
-      {"limit_violations", numbers.limit_violations},
+      {"limit_violations", numbers.truth_known ? Json(numbers.limit_violations) : Json()},
       {"limit_active_cycles", numbers.limit_active_cycles},
       {"time_to_95_percent_s", optional_json(numbers.time_to_95_percent)},
       {"rms_error_after_50_ms_K", optional_json(numbers.rms_error_after_50_ms)},
-      {"absorption_error_final", numbers.absorption_error_final},
+      {"absorption_error_final", optional_json(numbers.absorption_error_final)},
       {"cycles", treatment.outcome.cycles},
       {"overruns", treatment.outcome.overruns},
       {"full_order_states", treatment.full_order_states},
@@ -225,7 +213,8 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
                        {"dose", treatment.goal.dose()}};
   }
   for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
-    summary["thermal_dose"][std::string(kPublishedDamage[i].name)] = numbers.thermal_dose[i];
+    summary["thermal_dose"][std::string(kPublishedDamage[i].name)] =
+        numbers.truth_known ? Json(numbers.thermal_dose[i]) : Json();
   }
   summary["safety"] = {{"supervised", config.safety.supervised},
                        {"state", to_string(treatment.outcome.safety.state)},
@@ -267,7 +256,9 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
       summary["device"]["pacing"] = device.pacing;
     }
   }
-  write_file(folder / "summary.json", summary.dump(2) + "\n");
+  // Names of files need not be UTF-8.
+  const auto replace = Json::error_handler_t::replace;
+  write_file(folder / "summary.json", summary.dump(2, ' ', false, replace) + "\n");
 }
 
 }  // namespace photocoag

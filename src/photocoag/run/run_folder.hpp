@@ -8,6 +8,7 @@
 #include <string>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "photocoag/tissue/thermal_dose.hpp"
 
@@ -15,16 +16,19 @@ namespace photocoag {
 
 /// The numbers of summary.json.
 struct RunSummaryNumbers {
-  double peak_true_max = 0.0;           ///< K
+  /// False: a device has not told a single true temperature. Then the numbers about them stay at
+  /// their defaults, and are null in the file.
+  bool truth_known = true;
+  double peak_true_max = 0.0;           ///< K; NaN: not known
   double peak_estimate_max = 0.0;       ///< K
   double limit = 0.0;                   ///< K
   std::size_t limit_violations = 0;     ///< cycles whose true peak exceeds the limit
   std::size_t limit_active_cycles = 0;  ///< cycles in whose plan the limit binds
   std::optional<double>
       time_to_95_percent;  ///< s, end of the first cycle with true peak >= 0.95 reference
-  std::optional<double> rms_error_after_50_ms;  ///< K, true peak against reference
-  double absorption_error_final = 0.0;          ///< estimate / truth - 1
-  std::optional<double> choroid_error_final;    ///< the same of beta, if it is estimated
+  std::optional<double> rms_error_after_50_ms;   ///< K, true peak against reference
+  std::optional<double> absorption_error_final;  ///< estimate / truth - 1, of a simulated eye
+  std::optional<double> choroid_error_final;     ///< the same of beta, if it is estimated
   /// Arrhenius integral at the true peak, one per set of kPublishedDamage; damage at 1.
   std::array<double, kPublishedDamage.size()> thermal_dose{};
   std::string stopped_for;     ///< empty: ran to its end
@@ -33,14 +37,11 @@ struct RunSummaryNumbers {
 
 RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);
 
-/// A folder for a new run below `runs/`, named by UTC time and seed; not created yet.
-std::filesystem::path new_run_folder(std::uint64_t seed);
-
-/// Throws Error if `folder` exists and is not an empty folder. Creates nothing.
-void check_run_folder(const std::filesystem::path& folder);
-
-/// Creates the folder and writes config.toml: from then on the run has a place. Throws Error.
-void open_run_folder(const std::filesystem::path& folder, const Config& config);
+/// Takes the folder and writes config.toml: from then on the run has a place. Throws Error.
+[[nodiscard]] ClaimedFolder open_run_folder(const std::filesystem::path& folder,
+                                            const Config& config);
+/// The same in a new folder below `runs/`, named by UTC time and seed, and a number if need be.
+[[nodiscard]] ClaimedFolder open_new_run_folder(const Config& config);
 
 /// run.csv and summary.json. Throws Error.
 void write_run(const std::filesystem::path& folder, const Config& config,

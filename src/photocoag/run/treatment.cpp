@@ -106,10 +106,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
     Unsupervised none;
     return run_under(none, config, controller, eye, around, treatment);
   }
-  SafetyLimits limits = safety_limits(config);
-  // By the clock a write may be missed; in virtual time none is.
-  if (around.pacing == Pacing::kClock) limits.command_held = 1;
-  Supervisor supervisor(limits, witness_model(model, config.estimator));
+  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test

@@ -2,10 +2,11 @@
 // struct "about".
 #include <matio.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/utf8.hpp"
 #include "photocoag/tables/table.hpp"
 
 namespace photocoag {
@@ -19,6 +20,9 @@ struct CloseFile {
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
+// Without the time, so that the same run gives the same bytes.
+constexpr const char* kHeader = "MATLAB 5.0 MAT-file, photocoag";
+
 // The library copies what it is given, and yet asks for a pointer to what may change.
 void* unchanged(const void* data) { return const_cast<void*>(data); }
 
@@ -27,18 +31,23 @@ matvar_t* checked(matvar_t* variable) {
   return variable;
 }
 
+// UTF-16, as MATLAB writes it: the size of a text is the number of its characters.
 matvar_t* text(const std::string& value) {
-  std::size_t size[2] = {1, value.size()};
-  return checked(Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UTF8, 2, size, unchanged(value.c_str()), 0));
+  const std::u16string units = to_utf16(value);
+  std::size_t size[2] = {units.empty() ? 0U : 1U, units.size()};
+  return checked(
+      Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UTF16, 2, size, unchanged(units.data()), 0));
 }
 
 matvar_t* column(const TableColumn& column) {
   std::size_t size[2] = {column.size(), 1};
   if (const auto* reals = std::get_if<std::vector<double>>(&column.values)) {
-    return checked(Mat_VarCreate(nullptr, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size, unchanged(reals->data()), 0));
+    return checked(
+        Mat_VarCreate(nullptr, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size, unchanged(reals->data()), 0));
   }
   if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
-    return checked(Mat_VarCreate(nullptr, MAT_C_INT64, MAT_T_INT64, 2, size, unchanged(integers->data()), 0));
+    return checked(
+        Mat_VarCreate(nullptr, MAT_C_INT64, MAT_T_INT64, 2, size, unchanged(integers->data()), 0));
   }
   const auto& words = std::get<std::vector<std::string>>(column.values);
   matvar_t* cells = checked(Mat_VarCreate(nullptr, MAT_C_CELL, MAT_T_CELL, 2, size, nullptr, 0));
@@ -50,8 +59,9 @@ matvar_t* column(const TableColumn& column) {
 
 Variable structure(const char* name, const std::vector<const char*>& fields) {
   std::size_t size[2] = {1, 1};
-  return Variable(checked(Mat_VarCreateStruct(name, 2, size, const_cast<const char**>(fields.data()),
-                                              static_cast<unsigned>(fields.size()))));
+  return Variable(
+      checked(Mat_VarCreateStruct(name, 2, size, const_cast<const char**>(fields.data()),
+                                  static_cast<unsigned>(fields.size()))));
 }
 
 }  // namespace
@@ -71,16 +81,17 @@ void write_mat(const std::string& file, const Table& table) {
   for (const auto& [name, value] : table.about) {
     Mat_VarSetStructFieldByName(about.get(), name.c_str(), 0, text(value));
   }
-  const std::string part = file + ".part";
-  {
-    const std::unique_ptr<mat_t, CloseFile> out(Mat_CreateVer(part.c_str(), nullptr, MAT_FT_MAT5));
-    bool good = out != nullptr;
-    for (matvar_t* variable : {cycles.get(), units.get(), about.get()}) {
-      good = good && Mat_VarWrite(out.get(), variable, MAT_COMPRESSION_NONE) == 0;
-    }
-    if (!good) throw Error(ErrorParts{.where = file, .problem = "the MAT file cannot be written"});
-  }
-  std::filesystem::rename(part, file);
+  write_file(
+      file, written_by([&](const std::string& name) {
+        const std::unique_ptr<mat_t, CloseFile> out(
+            Mat_CreateVer(name.c_str(), kHeader, MAT_FT_MAT5));
+        bool good = out != nullptr;
+        for (matvar_t* variable : {cycles.get(), units.get(), about.get()}) {
+          good = good && Mat_VarWrite(out.get(), variable, MAT_COMPRESSION_NONE) == 0;
+        }
+        if (!good)
+          throw Error(ErrorParts{.where = file, .problem = "the MAT file cannot be written"});
+      }));
 }
 
 }  // namespace photocoag

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <limits>
-#include <sstream>
+#include <map>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/csv.hpp"
@@ -66,7 +66,8 @@ Table table_of(const LogContent& log) {
                  {"records_produced", fmt::format("{}", log.totals.produced)}};
   for (std::size_t k = 0; k < kLogFields.size(); ++k) {
     const LogField& field = kLogFields[k];
-    TableColumn column{.name = std::string(field.name), .unit = std::string(field.unit), .values = {}};
+    TableColumn column{
+        .name = std::string(field.name), .unit = std::string(field.unit), .values = {}};
     std::vector<double> reals;
     std::vector<std::int64_t> integers;
     std::vector<std::string> words;
@@ -93,16 +94,14 @@ Table table_of(const LogContent& log) {
 }
 
 Table table_of_csv(const std::filesystem::path& file) {
-  std::istringstream lines(read_file(file.string(), kLargestRun, "run.csv"));
-  std::string line;
-  std::getline(lines, line);
-  const std::vector<std::string_view> header = csv_cells(line);
-  const std::vector<std::string> names(header.begin(), header.end());  // the line is read over
+  CsvReader rows(read_file(file.string(), kLargestRun, "run.csv"), file.string());
+  rows.next();
+  const std::vector<std::string> names(rows.cells().begin(), rows.cells().end());
   std::vector<std::vector<std::string>> columns(names.size());
-  for (std::size_t number = 2; std::getline(lines, line); ++number) {
-    const std::vector<std::string_view> cells = csv_cells(line);
+  while (rows.next()) {
+    const std::vector<std::string_view>& cells = rows.cells();
     if (cells.size() != names.size()) {
-      throw Error(ErrorParts{.where = fmt::format("{}:{}", file.string(), number),
+      throw Error(ErrorParts{.where = rows.place(),
                              .found = fmt::format("{} cells", cells.size()),
                              .accepted = fmt::format("{} cells", names.size())});
     }
@@ -127,7 +126,37 @@ Table table_of_csv(const std::filesystem::path& file) {
   return table;
 }
 
-void write_csv(const std::string& file, const Table& table) {
+void add_truth(Table& log, const Table& run) {
+  const auto find = [](auto& table, std::string_view name) {
+    const auto found = std::find_if(table.columns.begin(), table.columns.end(),
+                                    [name](const auto& column) { return column.name == name; });
+    return found == table.columns.end() ? nullptr : &*found;
+  };
+  const auto* cycles = find(log, "cycle");
+  const auto* rows = find(run, "cycle");
+  if (cycles == nullptr || rows == nullptr) return;
+  const auto* logged = std::get_if<std::vector<std::int64_t>>(&cycles->values);
+  const auto* told = std::get_if<std::vector<double>>(&rows->values);
+  if (logged == nullptr || told == nullptr) return;
+  for (const std::string_view name : {"volume_true_K", "peak_true_K"}) {
+    auto* to = find(log, name);
+    const auto* from = find(run, name);
+    if (to == nullptr || from == nullptr) continue;
+    auto* missing = std::get_if<std::vector<double>>(&to->values);
+    const auto* values = std::get_if<std::vector<double>>(&from->values);
+    if (missing == nullptr || values == nullptr) continue;
+    std::map<std::int64_t, double> truth;
+    for (std::size_t i = 0; i < told->size(); ++i) {
+      truth[static_cast<std::int64_t>((*told)[i])] = (*values)[i];
+    }
+    for (std::size_t i = 0; i < missing->size(); ++i) {
+      const auto known = truth.find((*logged)[i]);
+      if (std::isnan((*missing)[i]) && known != truth.end()) (*missing)[i] = known->second;
+    }
+  }
+}
+
+std::string csv_text(const Table& table) {
   std::string text;
   auto out = std::back_inserter(text);
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
@@ -148,10 +177,7 @@ void write_csv(const std::string& file, const Table& table) {
     }
     text += '\n';
   }
-  if (file != "-") return write_file(file, text);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw Error(ErrorParts{.where = "standard output", .problem = "cannot be written"});
-  }
+  return text;
 }
 
 }  // namespace photocoag

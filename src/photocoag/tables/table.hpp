@@ -34,9 +34,13 @@ Table table_of(const LogContent& log);
 /// run.csv of a run folder that has no log. Throws Error.
 Table table_of_csv(const std::filesystem::path& file);
 
-/// Replaces the file as a whole. Throws Error. A number that does not exist is an empty cell in
-/// CSV, NaN elsewhere; a missing duration INT64_MIN.
-void write_csv(const std::string& file, const Table& table);
+/// True temperatures that a log does not have, from the run.csv of the same run: the eye tells them
+/// at the end of a treatment.
+void add_truth(Table& log, const Table& run);
+
+/// A number that does not exist is an empty cell in CSV, NaN elsewhere; a missing duration
+/// INT64_MIN. Files are replaced as a whole. Throw Error.
+std::string csv_text(const Table& table);
 void write_hdf5(const std::string& file, const Table& table);
 void write_mat(const std::string& file, const Table& table);
 

@@ -111,10 +111,15 @@ void Tissue::validate(std::string_view prefix) const {
   const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
   // Lengths are checked in micrometres, as they stand in the configuration.
   require_between(ambient_celsius, -10.0, 60.0, key("ambient_C"));
-  require_positive(spot_radius * 1e6, 5000.0, key("spot_radius_um"));
+  require_between(spot_radius * 1e6, 0.01, 5000.0, key("spot_radius_um"));
   require_between(domain_radius * 1e6, 1.0, 20000.0, key("domain_radius_um"));
   require(domain_radius >= 2.0 * spot_radius, key("domain_radius_um"), domain_radius * 1e6,
           fmt::format("at least twice {} = {} um", key("spot_radius_um"), spot_radius * 1e6));
+  // The grid resolves the spot: beyond this it would have too many cells.
+  constexpr double kMostSpots = 2000.0;
+  require(domain_radius <= kMostSpots * spot_radius, key("domain_radius_um"), domain_radius * 1e6,
+          fmt::format("at most {} times {} = {} um", kMostSpots, key("spot_radius_um"),
+                      spot_radius * 1e6));
   validate_beam(*this, prefix);
   require_positive(transmission, 1.0, key("transmission"));
   require_positive(density, 1e5, key("density_kg_per_m3"));
@@ -129,7 +134,7 @@ void Tissue::validate(std::string_view prefix) const {
     require(!layer.name.empty(), key("layers"), std::string_view("a layer without a name"),
             "a name for every layer");
     require(names.insert(layer.name).second, key("layers"), layer.name, "each name once");
-    require_positive(layer.thickness * 1e6, 20000.0, name + ".thickness_um");
+    require_between(layer.thickness * 1e6, 0.01, 20000.0, name + ".thickness_um");
     require_between(layer.absorption, 0.0, 1e7, name + ".absorption_per_m");
     validate_thermal(layer, name);
     require(!(layer.scaled_by_alpha && layer.scaled_by_beta), name + ".scaled_by",

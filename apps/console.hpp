@@ -1,0 +1,38 @@
+// Role: the program; what it prints, and the signals that belong to printing. A print that fails (a
+// closed terminal or pipe, a full disk) changes nothing but the exit code at the end.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+
+namespace photocoag {
+
+/// First of all: the three standard streams are open, and a closed pipe or a file at its size limit
+/// is an error of write(), not the program's end (unless the caller has decided otherwise).
+void prepare_console() noexcept;
+
+/// Flushes; false, and said on standard error, if anything that was printed has not arrived.
+bool everything_printed() noexcept;
+
+/// Writes `text`; remembers a failure for everything_printed(). Never throws.
+void print_text(std::FILE* stream, fmt::string_view format, fmt::format_args values) noexcept;
+
+/// On standard output: results.
+template <typename... T>
+void print(fmt::format_string<T...> format, const T&... values) noexcept {
+  print_text(stdout, format, fmt::make_format_args(values...));
+}
+
+/// On standard error: everything else.
+template <typename... T>
+void say(fmt::format_string<T...> format, const T&... values) noexcept {
+  print_text(stderr, format, fmt::make_format_args(values...));
+}
+
+/// To the file `path`, to standard output if that is "-", nowhere if it is empty. Throws Error if
+/// the file cannot be written.
+void write_output(const std::string& path, const std::string& text);
+
+}  // namespace photocoag

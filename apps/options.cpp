@@ -1,0 +1,98 @@
+#include "options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+// A whole text as a number in decimal digits. "001" is none: it is what a decimal comma leaves.
+template <typename T>
+std::optional<T> number_of(std::string_view text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  const std::string_view digits = text.substr(text.starts_with('-') ? 1 : 0);
+  const bool padded = digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9';
+  if (padded || !std::isfinite(static_cast<double>(value))) return std::nullopt;
+  return value;
+}
+
+template <typename T>
+CLI::Validator from(std::string_view what, T low, T high) {
+  const std::string range = fmt::format("{} from {} to {}", what, low, high);
+  return {[=](std::string& text) {
+            const std::optional<T> value = number_of<T>(text);
+            if (value && *value >= low && *value <= high) return std::string();
+            return fmt::format("found {}; accepted: {}", text, range);
+          },
+          ""};
+}
+
+}  // namespace
+
+void add_common(CLI::App& command, CommonOptions& options) {
+  command.add_option("--config", options.config, "TOML file; without it the defaults")
+      ->type_name("FILE");
+  command
+      .add_option("--set", options.set,
+                  "one key of the configuration, e.g. control.horizon=10 or "
+                  "tissue.layers.RPE.thickness_um=5; may be repeated, later ones win")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_cache(CLI::App& command, CommonOptions& options) {
+  command.add_flag("--no-cache", options.no_cache,
+                   "make the reduced model anew (the result is the same to the last bit)");
+}
+
+std::string footer(std::string_view examples) {
+  return fmt::format(
+      "Examples:\n{}\n"
+      "Exit code: 0 good; 1 finished but a check failed, or stopped; 2 bad input; 3 device "
+      "fault.\n{}",
+      examples, kResearchNotice);
+}
+
+CLI::Validator number_from(double low, double high) { return from("a number", low, high); }
+
+CLI::Validator whole_number_from(std::int64_t low, std::int64_t high) {
+  return from("a whole number", low, high);
+}
+
+CLI::Validator given() {
+  return {
+      [](std::string& text) { return text.empty() ? std::string("found nothing") : std::string(); },
+      ""};
+}
+
+std::vector<double> number_list(const std::string& option, const std::string& text, double low,
+                                double high) {
+  std::vector<double> numbers;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::optional<double> value =
+        number_of<double>(std::string_view(text).substr(at, comma - at));
+    const bool twice = value && std::find(numbers.begin(), numbers.end(), *value) != numbers.end();
+    if (!value || twice || *value < low || *value > high) {
+      throw Error(ErrorParts{
+          .where = option,
+          .found = text.empty() ? "nothing" : text,
+          .accepted = fmt::format("numbers from {} to {} by comma, none twice", low, high)});
+    }
+    numbers.push_back(*value);
+    at = comma + 1;
+  }
+  return numbers;
+}
+
+}  // namespace photocoag

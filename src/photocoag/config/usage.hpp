@@ -1,0 +1,53 @@
+// Role: setup; which keys of the configuration a command uses: what has no effect in it is said,
+// what contradicts it is refused. Used by apps, campaign, study. Source: docs/configuration.md.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/config/reader.hpp"
+
+namespace photocoag {
+
+/// What a configuration is for. Values are bits: rules name several.
+enum class Use : std::uint32_t {
+  kSimulate = 1U << 0U,         ///< also campaign, sweep
+  kTreat = 1U << 1U,            ///< with the simulated eye of the same process
+  kTreatEye = 1U << 2U,         ///< --device eye
+  kTreatDriver = 1U << 3U,      ///< --device driver
+  kEye = 1U << 4U,              ///< the eye's own process
+  kResponseFull = 1U << 5U,     ///< response and field
+  kResponseReduced = 1U << 6U,  ///< the same of a reduced model
+  kReduce = 1U << 7U,
+  kCompareReductions = 1U << 8U,
+  kExport = 1U << 9U,
+  kBoundaries = 1U << 10U,
+  kSchemeErrors = 1U << 11U,  ///< discretizations
+  kEstimation = 1U << 12U,
+  kSpots = 1U << 13U,
+  kCalibrate = 1U << 14U,  ///< --example
+};
+
+/// A value that was given and that the use has no place for.
+struct UnusedKey {
+  std::string key;
+  std::string why;  ///< empty: nothing of its group is used
+};
+
+/// Given values that differ from the defaults and cannot have an effect, in the order of the keys.
+std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, Use use);
+
+/// Throws Error if an option contradicts what the use does whatever the configuration says.
+void refuse_contradictions(const Config& config, const Places& places, Use use);
+
+/// load_config() for a use; what cannot have an effect is added to `unused`. Throws Error.
+Config load_config(const std::string& file, const std::vector<std::string>& overrides, Use use,
+                   std::vector<UnusedKey>& unused);
+
+/// Whether a use looks at a key at all; the rules above refine it. For tests.
+bool uses(Use use, std::string_view key) noexcept;
+
+}  // namespace photocoag
