@@ -72,7 +72,7 @@ const std::vector<BadOverride> kOverrides = {
     {{"estimator.power_process_noise_W=1"},
      "estimator.power_process_noise_W: found 1; accepted: a number from 0 to 0.01 W"},
     {{"model.order=15"}, "model.order: found 15; accepted: an integer from 1 to 14"},
-    {{"grid.min_cells=-1"}, "grid.min_cells: found -1; accepted: an integer from 1000 to 5000000"},
+    {{"grid.min_cells=-1"}, "grid.min_cells: found -1; accepted: an integer from 1000 to 1000000"},
     {{"plant.absorption_factor=5.1"},
      "plant.absorption_factor: found 5.1; accepted: a number from 0.05 to 5"},
     {{"plant.noise_K=nan"}, "plant.noise_K: found nan; accepted: a number from 0 to 20 K"},

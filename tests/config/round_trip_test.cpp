@@ -72,7 +72,7 @@ Config random_config(std::uint64_t seed) {
   c.model.file = "/a b/\"quoted\"\\back/é" + std::to_string(seed);
   c.model.reduction.order = static_cast<int>(1 + random() % 14);
   c.model.discretization = static_cast<Discretization>(random() % 3);
-  c.grid.min_cells = 1000 + random() % 4'000'000;
+  c.grid.min_cells = 1000 + random() % 900'000;
   randomize(c.tissue, random);
   c.plant.tissue = c.tissue;
   c.plant.tissue_differs = random() % 2 == 0;

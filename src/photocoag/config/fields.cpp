@@ -306,7 +306,7 @@ std::vector<Field> fields(Config& config) {
   add_estimator(config.estimator, list);
   add_safety(config.safety, list);
   add_model(config.model, list);
-  list.push_back(integer("grid.min_cells", config.grid.min_cells, 1000, 5'000'000,
+  list.push_back(integer("grid.min_cells", config.grid.min_cells, 1000, 1'000'000,
                          "the grid has at least so many cells; the paper: more than 80000"));
   add_tissue("tissue", config.tissue, list);
   add_uncertainty(config.uncertainty, list);

@@ -5,8 +5,8 @@
 namespace photocoag {
 
 void GridSettings::validate() const {
-  require(min_cells >= 1000 && min_cells <= 5000000, "grid.min_cells",
-          static_cast<double>(min_cells), "an integer from 1000 to 5000000");
+  require(min_cells >= 1000 && min_cells <= 1000000, "grid.min_cells",
+          static_cast<double>(min_cells), "an integer from 1000 to 1000000");
 }
 
 }  // namespace photocoag

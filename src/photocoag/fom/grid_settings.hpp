@@ -6,7 +6,7 @@
 namespace photocoag {
 
 struct GridSettings {
-  std::size_t min_cells = 80000;  ///< n, radial times axial cells, 1,000 to 5,000,000; the grid has
+  std::size_t min_cells = 80000;  ///< n, radial times axial cells, 1,000 to 1,000,000; the grid has
                                   ///< at least so many. The paper: more than 80,000
 
   /// Throws Error naming "grid.min_cells".
