@@ -94,8 +94,8 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   if (!numbers.stopped_for.empty()) {
     const bool dark = numbers.dark_since < treatment.records.size();
     say("STOPPED   {}: {}\n", numbers.stopped_for,
-               dark ? fmt::format("the laser is at 0 W since cycle {}", numbers.dark_since)
-                    : std::string("light in the last cycle recorded"));
+        dark ? fmt::format("the laser is at 0 W since cycle {}", numbers.dark_since)
+             : std::string("light in the last cycle recorded"));
   }
   if (!numbers.truth_known) {
     say("result    estimated peak at most {:.2f} K, limit {:g} K; the true one is not known\n",
@@ -131,10 +131,9 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
         100.0 * *numbers.choroid_error_final);
   }
   const std::int64_t late = treatment.outcome.safety.late_commands;
-  say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n",
-             treatment.outcome.cycles, treatment.outcome.overruns,
-             late > 0 ? fmt::format("{} commands late, ", late) : "", treatment.wall_seconds * 1e3,
-             treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n", treatment.outcome.cycles,
+      treatment.outcome.overruns, late > 0 ? fmt::format("{} commands late, ", late) : "",
+      treatment.wall_seconds * 1e3, treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
   if (treatment.device && treatment.device->lockstep) {
     say("pacing    {}\n", treatment.device->pacing);
   }
@@ -151,14 +150,14 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
 
 void print_margin(const TissueMargin& margin, const Config& controlled) {
   say("margin    of {} eyes the worst reaches {:.2f} K ({})\n"
-             "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K{}: then {:.2f} K\n",
-             margin.eyes, margin.peak_unprotected, margin.worst, margin.factor,
-             controlled.control.peak_reference, controlled.control.peak_max,
-             margin.shares.empty()
-                 ? std::string()
-                 : fmt::format(", in the first period {:.3f} and in the last {:.3f} of that",
-                               margin.shares.front(), margin.shares.back()),
-             margin.peak_protected);
+      "          reference and limit times {:.3f}, {:.2f} K and {:.2f} K{}: then {:.2f} K\n",
+      margin.eyes, margin.peak_unprotected, margin.worst, margin.factor,
+      controlled.control.peak_reference, controlled.control.peak_max,
+      margin.shares.empty()
+          ? std::string()
+          : fmt::format(", in the first period {:.3f} and in the last {:.3f} of that",
+                        margin.shares.front(), margin.shares.back()),
+      margin.peak_protected);
 }
 
 Use use_of(Pacing pacing, const std::optional<DeviceAddress>& device) {

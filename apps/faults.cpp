@@ -49,7 +49,7 @@ int faults_command(const FaultsOptions& options) {
   for (const FaultRow& row : rows) {
     good = good && row.passed == row.runs;
     print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8.2f} {:>12}  {}\n", row.id, row.runs, row.passed,
-               row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
+          row.detected, row.slowest, row.peak, row.false_stops, row.first_failure);
     if (row.id.front() != 'O') continue;
     for (const auto& [period, peak] : row.peak_at) {
       print("     {:g} ms: {:.2f} K, not judged\n", period * 1e3, peak);

@@ -122,10 +122,10 @@ int spots_command(const SpotsOptions& options) {
                                            }));
     return 0;
   }
-  print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K",
-             "to 95 % ms", "held K", "RMS error K", "alpha %");
-  print("{:<22}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>9}\n", "controller", "over",
-             "99 %", "max", "median", "99 %", "1 %", "99 %", "median", "99 %", "99 %");
+  print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K", "to 95 % ms",
+        "held K", "RMS error K", "alpha %");
+  print("{:<22}{:>6}{:>9}{:>9}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>9}\n", "controller", "over", "99 %",
+        "max", "median", "99 %", "1 %", "99 %", "median", "99 %", "99 %");
   std::string csv =
       "controller,seed,absorption_factor,peak_true_max_K,violations,time_to_95_percent_s,held_mean_"
       "K,"
