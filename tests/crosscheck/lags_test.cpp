@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "support/oracle.hpp"
 #include "support/tissues.hpp"
@@ -85,6 +86,14 @@ TEST(CrossCheck, AgreesWithTheFullOrderModelOfAnyTissue) {
       }
     }
   }
+}
+
+// Eigen's decomposition reads outside its arrays there.
+TEST(CrossCheck, RefusesTissueWithoutATimeConstant) {
+  Tissue tissue = testing::layered();
+  tissue.layers[1].conductivity = 1e-300;
+  const std::array at = {AbsorptionFactors{1.0}};
+  EXPECT_THROW(tissue_lags(tissue, at, 1e-3), Error);
 }
 
 TEST(CrossCheck, FewLagsDifferByNoMoreThanTheySay) {

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/crosscheck/axial.hpp"
 #include "photocoag/crosscheck/radial.hpp"
 
@@ -15,6 +17,7 @@ namespace photocoag::crosscheck {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr std::size_t kMostRates = 120;   // 1.35^120 = 4e15
 constexpr double kEarliest = 1.0 / 32.0;  // of a period: where the responses begin to be right
 
 // Bounds of the rates with which the tissue's heat decays, 1/s: nothing is slower.
@@ -119,6 +122,15 @@ LagSums tissue_lags(const Tissue& tissue, std::span<const AbsorptionFactors> at,
   LagSums lags;
   lags.rate = geometric(0.9 * slowest_rate(tissue), 2.0 / (kEarliest * period), 1.35);
   const auto rows = responses.peak.rows();
+  // Wider than the digits of a number, or not finite: no decomposition is to see that.
+  if (lags.rate.size() > kMostRates || !responses.peak.allFinite() ||
+      !responses.volume.allFinite()) {
+    throw Error(ErrorParts{
+        .key = "tissue",
+        .problem = "its heat cannot be computed a second time",
+        .found = std::to_string(lags.rate.size()) + " time constants",
+        .accepted = "at most " + std::to_string(kMostRates) + ", from slowest to fastest"});
+  }
   const auto columns = static_cast<Eigen::Index>(lags.rate.size());
   // Least squares, each time weighed by one over a typical response there.
   Eigen::MatrixXd design(rows, columns);
