@@ -9,6 +9,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/log/reader.hpp"
 #include "photocoag/run/recover.hpp"
+#include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/tables/table.hpp"
 

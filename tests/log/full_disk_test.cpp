@@ -36,7 +36,7 @@ void expect_as_produced(const LogContent& content) {
     before = record.record;
     LogRecord expected = record_of(record.record);
     expected.record = record.record;
-    EXPECT_EQ(std::memcmp(&record, &expected, sizeof(record)), 0) << record.record;
+    EXPECT_EQ(packed(record), packed(expected)) << record.record;
   }
 }
 
@@ -51,7 +51,7 @@ TEST(LogOnAFullDisk, CountsExactlyAndKeepsWhatWasWritten) {
   const TemporaryFolder folder;
   const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {
     constexpr std::int64_t kRecords = 3000;  // 1.2 MB
-    static_assert(kRecords * sizeof(LogRecord) > 2 * kDisk);
+    ASSERT_GT(kRecords * log_record_bytes(), 2 * kDisk);
     LogWriter log(folder.path() / "log", header(), {.ring_records = 4096, .write = {}});
     produce(log, 0, kRecords);
     const LogTotals totals = log.close();
@@ -60,8 +60,8 @@ TEST(LogOnAFullDisk, CountsExactlyAndKeepsWhatWasWritten) {
     EXPECT_EQ(totals.produced, static_cast<std::uint64_t>(kRecords));
     EXPECT_EQ(totals.produced, totals.written + totals.dropped);
     // All the room was used but for less than one block of 256 records, header and folder.
-    EXPECT_LE(totals.written * sizeof(LogRecord), kDisk);
-    EXPECT_GT((totals.written + kBlockRecords) * sizeof(LogRecord) + 16384, kDisk);
+    EXPECT_LE(totals.written * log_record_bytes(), kDisk);
+    EXPECT_GT((totals.written + kBlockRecords) * log_record_bytes() + 16384, kDisk);
     const LogContent content = content_of(folder.path() / "log");
     EXPECT_EQ(content.records.size(), totals.written);
     EXPECT_EQ(content.bad_bytes, 0U) << "no half block stays";

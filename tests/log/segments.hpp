@@ -20,6 +20,13 @@ inline LogRecord record_of(std::int64_t cycle) {
   return record;
 }
 
+/// Its bytes in a block.
+inline std::string packed(const LogRecord& record) {
+  std::string bytes(log_record_bytes(), '\0');
+  pack(record, reinterpret_cast<std::byte*>(bytes.data()));
+  return bytes;
+}
+
 inline LogHeader header() {
   return {.program = "photocoag test",
           .config_sha256 = "c0ffee",
@@ -44,7 +51,7 @@ inline std::string block_of(std::int64_t first, std::uint32_t records) {
   for (std::uint32_t k = 0; k < records; ++k) {
     LogRecord record = record_of(first + k);
     record.record = first + k;
-    bytes.append(reinterpret_cast<const char*>(&record), sizeof(record));
+    bytes += packed(record);
   }
   seal_block(std::as_writable_bytes(std::span(bytes)));
   return bytes;

@@ -1,9 +1,9 @@
 // The log never makes the loop wait, and what it lost it has counted.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
 #include <cerrno>
 #include <thread>
-#include <unistd.h>
 
 #include "log/segments.hpp"
 #include "photocoag/core/error.hpp"
@@ -81,7 +81,7 @@ TEST(LogWriter, WritesEverythingAndSaysThatItIsComplete) {
 TEST(LogWriter, StartsNewSegments) {
   const TemporaryFolder folder;
   LogWriter log(folder.path() / "log", header(),
-                {.ring_records = 4096, .segment_bytes = 300 * sizeof(LogRecord), .write = {}});
+                {.ring_records = 4096, .segment_bytes = 300 * log_record_bytes(), .write = {}});
   produce(log, 1000);
   log.close();
   EXPECT_GE(log.segments(), 3);
@@ -114,17 +114,17 @@ TEST(LogWriter, AFullDiskIsCountedExactlyAndForgiven) {
   // Full from the third block on, half a block goes in; later there is room again.
   const TemporaryFolder folder;
   int calls = 0;
-  LogWriter log(
-      folder.path() / "log", header(),
-      {.ring_records = 4096, .write = [&](int file, const void* bytes, std::size_t count) -> ssize_t {
-         ++calls;
-         if (calls == 4) return ::write(file, bytes, count / 2);
-         if (calls > 4 && calls < 7) {
-           errno = ENOSPC;
-           return -1;
-         }
-         return ::write(file, bytes, count);
-       }});
+  LogWriter log(folder.path() / "log", header(),
+                {.ring_records = 4096,
+                 .write = [&](int file, const void* bytes, std::size_t count) -> ssize_t {
+                   ++calls;
+                   if (calls == 4) return ::write(file, bytes, count / 2);
+                   if (calls > 4 && calls < 7) {
+                     errno = ENOSPC;
+                     return -1;
+                   }
+                   return ::write(file, bytes, count);
+                 }});
   produce(log, 3000);
   const LogTotals totals = log.close();
   EXPECT_FALSE(log.healthy());
@@ -141,15 +141,15 @@ TEST(LogWriter, AFullDiskIsCountedExactlyAndForgiven) {
 TEST(LogWriter, AStallFillsTheRingAndIsCountedExactly) {
   const TemporaryFolder folder;
   std::atomic<bool> stalled{true};
-  LogWriter log(folder.path() / "log", header(),
-                {.ring_records = 64,
-                 .write = [&](int file, const void* bytes, std::size_t count) -> ssize_t {
-                   // The header goes through: the constructor waits for it.
-                   static thread_local bool in_thread = false;
-                   while (in_thread && stalled) wait_until(monotonic_ns() + 1'000'000);
-                   in_thread = true;
-                   return ::write(file, bytes, count);
-                 }});
+  LogWriter log(
+      folder.path() / "log", header(),
+      {.ring_records = 64, .write = [&](int file, const void* bytes, std::size_t count) -> ssize_t {
+         // The header goes through: the constructor waits for it.
+         static thread_local bool in_thread = false;
+         while (in_thread && stalled) wait_until(monotonic_ns() + 1'000'000);
+         in_thread = true;
+         return ::write(file, bytes, count);
+       }});
   produce(log, 10);
   wait_until(monotonic_ns() + 50'000'000);
   produce(log, 5000);

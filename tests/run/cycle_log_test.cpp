@@ -6,14 +6,15 @@
 #include "loop/treatments.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/recover.hpp"
+#include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {
 namespace {
 
-Treatment logged_treatment(const std::filesystem::path& folder, const Config& config,
-                           Pacing pacing, LogOptions options = {}) {
+Treatment logged_treatment(const std::filesystem::path& folder, const Config& config, Pacing pacing,
+                           LogOptions options = {}) {
   ModelStore models(config, false);
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
@@ -70,7 +71,7 @@ TEST(CycleLog, OfAKilledProgramSaysSo) {
   LogContent log;
   log.header.period = 1e-3;
   LogRecord record;
-  record.safety_state = static_cast<std::int64_t>(SafetyState::kTreating);
+  record.safety = SafetyState::kTreating;
   log.records = {record};
   Treatment treatment = treatment_from(log);
   EXPECT_TRUE(treatment.recovered);
@@ -79,9 +80,12 @@ TEST(CycleLog, OfAKilledProgramSaysSo) {
   EXPECT_FALSE(treatment.log.trouble.empty());
   // Numbers that no enumeration has, and a period that nobody has: no crash, no gigabytes.
   log.header.period = 1e9;
-  log.records[0].solver_status = -1;
-  log.records[0].safety_state = 99;
-  log.records[0].stop_reason = std::int64_t{1} << 62;
+  field_named("solver_status")->set(log.records[0], static_cast<std::uint64_t>(-1));
+  field_named("safety_state")->set(log.records[0], 99);
+  field_named("stop_reason")->set(log.records[0], std::uint64_t{1} << 62U);
+  EXPECT_EQ(log.records[0].decision.status, MpcStatus{});
+  EXPECT_EQ(log.records[0].safety, SafetyState{});
+  EXPECT_EQ(log.records[0].end.safety.reason, SafetyReason{});
   treatment = treatment_from(log);
   EXPECT_FALSE(run_csv(treatment).empty());
   EXPECT_TRUE(treatment.histograms.slack.bins().empty());
@@ -91,13 +95,13 @@ TEST(CycleLog, AFullDiskIsAnAlarmAndNothingElse) {
   const TemporaryFolder folder;
   const Config config = shipped("paper-1khz.toml", kShort);
   int calls = 0;
-  const Treatment treatment = logged_treatment(
-      folder.path(), config, Pacing::kVirtualTime,
-      {.write = [&](int file, const void* bytes, std::size_t size) -> ssize_t {
-         if (calls++ == 0) return ::write(file, bytes, size);
-         errno = ENOSPC;
-         return -1;
-       }});
+  const Treatment treatment =
+      logged_treatment(folder.path(), config, Pacing::kVirtualTime,
+                       {.write = [&](int file, const void* bytes, std::size_t size) -> ssize_t {
+                         if (calls++ == 0) return ::write(file, bytes, size);
+                         errno = ENOSPC;
+                         return -1;
+                       }});
   EXPECT_EQ(treatment.records.size(), 40u);
   EXPECT_FALSE(treatment.outcome.stopped);
   EXPECT_EQ(treatment.log.totals.dropped, 40u);

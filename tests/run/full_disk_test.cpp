@@ -9,6 +9,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/recover.hpp"
+#include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "support/small_disk.hpp"
 #include "support/temporary_folder.hpp"

@@ -7,6 +7,7 @@
 
 #include "loop/treatments.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 #include "support/temporary_folder.hpp"
@@ -100,10 +101,10 @@ TEST(Replay, DamagedFilesNameTheLine) {
   const std::string csv = read_file(file, 1 << 20);
   for (const std::size_t length : {csv.size() - 20, csv.size() / 2}) {
     write_file(file, csv.substr(0, length));
-    EXPECT_THROW(read_replay(file, 1e-3), std::exception) << length;
+    EXPECT_THROW(replay_of(read_run_csv(file), 1e-3), std::exception) << length;
   }
   write_file(file, "");
-  EXPECT_TRUE(read_replay(file, 1e-3).empty());
+  EXPECT_TRUE(replay_of(read_run_csv(file), 1e-3).empty());
 }
 
 }  // namespace

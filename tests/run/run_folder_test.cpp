@@ -1,5 +1,6 @@
 // The numbers of summary.json from hand-made records.
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/run_csv.hpp"
 
 #include <gtest/gtest.h>
 

@@ -106,17 +106,21 @@ TEST(Mat, TextsCountCharactersNotBytes) {
 }
 
 LogContent device_log(int schema, double truth) {
-  LogHeader header{.schema = schema, .program = "p", .device = "eye, socket", .period = 1e-3};
+  LogHeader header;
+  header.schema = schema;
+  header.program = "p";
+  header.device = "eye, socket";
+  header.period = 1e-3;
   std::string bytes = segment_header(header);
-  std::vector<std::byte> block(sizeof(BlockHeader) + sizeof(LogRecord));
+  std::vector<std::byte> block(sizeof(BlockHeader) + log_record_bytes());
   BlockHeader head;
   head.records = 1;
   head.totals = {.produced = 1, .written = 1, .dropped = 0};
   LogRecord record;
   record.cycle = 7;
-  record.volume_true = record.peak_true = truth;
+  record.truth = {.volume = truth, .peak = truth};
   std::memcpy(block.data(), &head, sizeof(head));
-  std::memcpy(block.data() + sizeof(head), &record, sizeof(record));
+  pack(record, block.data() + sizeof(head));
   seal_block(block);
   bytes.append(reinterpret_cast<const char*>(block.data()), block.size());
   return parse_segment(bytes, "t.seg");

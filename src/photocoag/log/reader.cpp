@@ -94,28 +94,30 @@ std::pair<LogHeader, std::size_t> parse_header(std::string_view bytes, const std
 
 /// Where the fields of this program's record stand in those of the file; by name and type.
 struct FieldMap {
-  std::vector<std::pair<std::size_t, std::size_t>> from_to;  // field numbers
+  std::vector<std::pair<std::size_t, const CycleField*>> from_to;
   std::size_t missing = 0;
   std::size_t unknown = 0;
 };
 
+bool is_of(const LogHeader::Field& in_file, const CycleField& field) {
+  return (in_file.name == field.name ||
+          (!field.formerly.empty() && in_file.name == field.formerly)) &&
+         in_file.unit == field.unit && in_file.type == type_in_log(field.type);
+}
+
 FieldMap map_fields(const LogHeader& header, const std::string& where) {
   FieldMap map;
-  for (std::size_t to = 0; to < kLogFields.size(); ++to) {
-    const std::string_view type = kLogFields[to].type == LogFieldType::kReal ? "f8" : "i8";
-    const auto from = std::find_if(header.fields.begin(), header.fields.end(),
-                                   [&](const LogHeader::Field& field) {
-                                     return field.name == kLogFields[to].name &&
-                                            field.type == type && field.unit == kLogFields[to].unit;
-                                   });
-    if (from == header.fields.end()) {
-      if (to < 2)
-        refuse(where, "without this field no record can be read", {},
-               std::string(kLogFields[to].name));
+  for (const CycleField& field : cycle_fields()) {
+    const auto from =
+        std::find_if(header.fields.begin(), header.fields.end(),
+                     [&](const LogHeader::Field& in_file) { return is_of(in_file, field); });
+    if (from != header.fields.end()) {
+      map.from_to.emplace_back(static_cast<std::size_t>(from - header.fields.begin()), &field);
+    } else if (field.name == "record" || field.name == "cycle") {
+      refuse(where, "without this field no record can be read", {}, std::string(field.name));
+    } else {
       ++map.missing;
-      continue;
     }
-    map.from_to.emplace_back(static_cast<std::size_t>(from - header.fields.begin()), to);
   }
   map.unknown = header.fields.size() - map.from_to.size();
   return map;
@@ -163,11 +165,12 @@ LogContent parse_segment(std::string_view bytes, const std::string& where) {
     content.closed = content.closed || (block->flags & BlockHeader::kLast) != 0;
     for (std::uint32_t k = 0; k < block->records; ++k, at += record_bytes) {
       LogRecord record;
-      auto* to = reinterpret_cast<std::byte*>(&record);
       for (const auto& [from, field] : map.from_to) {
-        std::memcpy(to + 8 * field, bytes.data() + at + 8 * from, 8);
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, bytes.data() + at + 8 * from, 8);
+        field->set(record, bits);
       }
-      if (no_truth) record.volume_true = record.peak_true = LogRecord::kNone;
+      if (no_truth) record.truth = {.volume = LogRecord::kNone, .peak = LogRecord::kNone};
       content.records.push_back(record);
     }
   }

@@ -12,11 +12,11 @@
 namespace photocoag {
 
 struct LogContent {
-  LogHeader header;                ///< of the first segment
-  std::vector<LogRecord> records;  ///< in the order of their numbers
-  bool closed = false;             ///< the program has ended the log itself
-  LogTotals totals;                ///< of the last good block
-  std::size_t bad_bytes = 0;       ///< in no complete block
+  LogHeader header;                  ///< of the first segment
+  std::vector<LogRecord> records;    ///< in the order of their numbers
+  bool closed = false;               ///< the program has ended the log itself
+  LogTotals totals;                  ///< of the last good block
+  std::size_t bad_bytes = 0;         ///< in no complete block
   std::vector<std::string> remarks;  ///< what was found besides, in words
 };
 

@@ -18,13 +18,20 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t start) noexc
       ::crc32_z(start, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
+void pack(const LogRecord& record, std::byte* to) noexcept {
+  for (const CycleField& field : cycle_fields()) {
+    const std::uint64_t bits = field.get(record);
+    std::memcpy(to, &bits, 8);
+    to += 8;
+  }
+}
+
 std::string segment_header(const LogHeader& header) {
   // An array from the start: one that begins as null cannot be destroyed if memory ends there.
   nlohmann::ordered_json fields = nlohmann::ordered_json::array();
-  for (const LogField& field : kLogFields) {
-    fields.push_back({{"name", field.name},
-                      {"unit", field.unit},
-                      {"type", field.type == LogFieldType::kReal ? "f8" : "i8"}});
+  for (const CycleField& field : cycle_fields()) {
+    fields.push_back(
+        {{"name", field.name}, {"unit", field.unit}, {"type", type_in_log(field.type)}});
   }
   nlohmann::ordered_json text = {{"notice", kResearchNotice},
                                  {"schema", header.schema},
@@ -36,7 +43,7 @@ std::string segment_header(const LogHeader& header) {
                                  {"planned_cycles", header.planned_cycles},
                                  {"full_order_states", header.full_order_states},
                                  {"segment", header.segment},
-                                 {"record_bytes", sizeof(LogRecord)},
+                                 {"record_bytes", log_record_bytes()},
                                  {"fields", std::move(fields)}};
   // Names of devices need not be UTF-8.
   std::string json = text.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

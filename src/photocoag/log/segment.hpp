@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "photocoag/log/record.hpp"
+#include "photocoag/log/fields.hpp"
 
 namespace photocoag {
 
@@ -60,6 +60,9 @@ inline constexpr std::string_view kSegmentMagic = "PCAGLOG\n";
 
 /// CRC-32 (the one of zlib, PNG, Ethernet), continued from `start`.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t start = 0) noexcept;
+
+/// A record as it stands in a block: eight bytes a field. `to` has log_record_bytes().
+void pack(const LogRecord& record, std::byte* to) noexcept;
 
 /// The bytes in front of the first block.
 std::string segment_header(const LogHeader& header);

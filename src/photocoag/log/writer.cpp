@@ -22,7 +22,7 @@ LogWriter::LogWriter(std::filesystem::path folder, LogHeader header, LogOptions 
       options_(std::move(options)),
       ring_(options_.ring_records),
       batch_(kBlockRecords),
-      block_(sizeof(BlockHeader) + kBlockRecords * sizeof(LogRecord)) {
+      block_(sizeof(BlockHeader) + kBlockRecords * log_record_bytes()) {
   if (!options_.write) options_.write = ::write;
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
@@ -65,9 +65,8 @@ LogTotals LogWriter::close() {
   sync_thread_.join();
   if (file_ >= 0) ::close(file_);
   file_ = -1;
-  LogTotals totals{.produced = produced_.load(),
-                   .written = written_,
-                   .dropped = overflow_.load() + lost_};
+  LogTotals totals{
+      .produced = produced_.load(), .written = written_, .dropped = overflow_.load() + lost_};
   if (error_ != 0) {
     trouble_ = fmt::format("{} records could not be written: {}", lost_,
                            std::generic_category().message(error_));
@@ -123,13 +122,12 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
   header.flags = flags;
   header.records = static_cast<std::uint32_t>(records);
   const std::uint64_t dropped = overflow_.load(std::memory_order_relaxed) + lost_;
-  header.totals = {.produced = written_ + records + dropped,
-                   .written = written_ + records,
-                   .dropped = dropped};
-  const std::size_t size = sizeof(header) + records * sizeof(LogRecord);
+  header.totals = {
+      .produced = written_ + records + dropped, .written = written_ + records, .dropped = dropped};
+  const std::size_t size = sizeof(header) + records * log_record_bytes();
   std::memcpy(block_.data(), &header, sizeof(header));
-  if (records > 0) {
-    std::memcpy(block_.data() + sizeof(header), batch_.data(), records * sizeof(LogRecord));
+  for (std::size_t k = 0; k < records; ++k) {
+    pack(batch_[k], block_.data() + sizeof(header) + k * log_record_bytes());
   }
   seal_block(std::span(block_).first(size));
   if (segment_size_ + size > options_.segment_bytes && records > 0) {

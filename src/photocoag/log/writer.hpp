@@ -24,9 +24,9 @@ namespace photocoag {
 
 struct LogOptions {
   std::size_t ring_records = 0;  ///< what may pile up while the disk stalls; 0: of one second
-  std::size_t segment_bytes = std::size_t{64} << 20;      ///< then the next segment begins
-  std::int64_t look_ns = 10'000'000;                      ///< pause between looks at the ring
-  std::int64_t sync_ns = 100'000'000;                     ///< between forced writes to the medium
+  std::size_t segment_bytes = std::size_t{64} << 20;  ///< then the next segment begins
+  std::int64_t look_ns = 10'000'000;                  ///< pause between looks at the ring
+  std::int64_t sync_ns = 100'000'000;                 ///< between forced writes to the medium
   /// In place of write(2): tests of full and slow disks.
   std::function<ssize_t(int file, const void* bytes, std::size_t count)> write;
 };

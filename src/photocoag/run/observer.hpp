@@ -9,7 +9,6 @@
 #include "photocoag/log/writer.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock.hpp"
-#include "photocoag/run/cycle_log.hpp"
 #include "photocoag/run/goal.hpp"
 
 namespace photocoag {
@@ -47,7 +46,7 @@ class TreatmentObserver {
   }
   void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
     if (!timed_ && log_ == nullptr) return;
-    LogRecord logged = to_log(record, end);
+    LogRecord logged(record, end);
     if (timed_) measure(end.sample, logged);
     if (log_ != nullptr) log_->record(logged);
   }

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/run/cycle_log.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/run_folder.hpp"
 
@@ -43,8 +42,8 @@ Treatment treatment_from(const LogContent& log) {
                   [](const LogRecord& record) { return record.wake_late != LogRecord::kNoTime; });
   if (!timed) treatment.histograms = CycleHistograms();  // an eye in lockstep
   for (const LogRecord& record : log.records) {
-    treatment.records.push_back(from_log(record));
-    treatment.outcome.overruns += record.overrun != 0 ? 1 : 0;
+    treatment.records.push_back(record);
+    treatment.outcome.overruns += record.overrun ? 1 : 0;
     if (!timed) continue;
     add(treatment.histograms.wake_late, record.wake_late);
     add(treatment.histograms.compute, record.compute);
@@ -54,19 +53,11 @@ Treatment treatment_from(const LogContent& log) {
   treatment.outcome.cycles = treatment.records.size();
   if (!log.records.empty()) {
     const LogRecord& last = log.records.back();
-    const CycleRecord& cycle = treatment.records.back();
-    LogRecord reason;
-    reason.safety_reason = last.stop_reason;
-    treatment.outcome.safety = {.state = cycle.safety,
-                                .reason = from_log(reason).authorization.reason,
-                                .detections = last.detections,
-                                .late_commands = last.late_commands,
-                                .energy = last.energy,
-                                .exposure = last.exposure,
-                                .dose = last.dose};
-    treatment.outcome.stopped = cycle.safety == SafetyState::kSafeStop ||
-                                treatment.outcome.safety.reason != SafetyReason::kNone ||
-                                cycle.decision.status == MpcStatus::kStopped;
+    treatment.outcome.safety = last.end.safety;
+    treatment.outcome.safety.state = last.safety;
+    treatment.outcome.stopped = last.safety == SafetyState::kSafeStop ||
+                                last.end.safety.reason != SafetyReason::kNone ||
+                                last.decision.status == MpcStatus::kStopped;
   }
   treatment.full_order_states =
       static_cast<std::size_t>(std::max<std::int64_t>(0, log.header.full_order_states));
@@ -116,7 +107,8 @@ LogContent recover_run(const std::filesystem::path& folder) {
     treatment.device = DeviceReport{.name = log.header.device,
                                     .pulses_per_period = pulses ? pulses_per_period(config) : 0,
                                     .pulse_peak_max = std::numeric_limits<double>::quiet_NaN(),
-                                    .status = "not known: recovered from the log"};
+                                    .status = "not known: recovered from the log",
+                                    .pacing = {}};
   }
   if (has_table) {
     // The disk was full after run.csv: that has every cycle, the log perhaps not.

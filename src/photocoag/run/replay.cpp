@@ -1,19 +1,10 @@
 #include "photocoag/run/replay.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <charconv>
-#include <cmath>
-#include <limits>
 #include <span>
-#include <string_view>
 
-#include "photocoag/core/csv.hpp"
-#include "photocoag/core/error.hpp"
-#include "photocoag/core/files.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/model_cache.hpp"
@@ -23,53 +14,6 @@
 
 namespace photocoag {
 namespace {
-
-constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
-
-/// A run.csv row by row, cells by the names of their columns.
-class Table {
- public:
-  explicit Table(const std::string& file) : rows_(read_file(file, kLargestRun, "run.csv"), file) {
-    rows_.next();
-    names_.assign(rows_.cells().begin(), rows_.cells().end());
-  }
-  bool next() {
-    if (!rows_.next()) return false;
-    if (rows_.cells().size() != names_.size()) {
-      fail("", fmt::format("{} cells", rows_.cells().size()),
-           fmt::format("{} cells", names_.size()));
-    }
-    return true;
-  }
-  std::string_view text(std::string_view column) const {
-    const auto name = std::find(names_.begin(), names_.end(), column);
-    if (name == names_.end()) fail(column, "no such column", "a run.csv of this version");
-    return rows_.cells()[static_cast<std::size_t>(name - names_.begin())];
-  }
-  bool has(std::string_view column) const {
-    return std::find(names_.begin(), names_.end(), column) != names_.end();
-  }
-  double number(std::string_view column) const {
-    const std::string_view cell = text(column);
-    if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size()) {
-      fail(column, std::string(cell), "a number");
-    }
-    return value;
-  }
-
- private:
-  [[noreturn]] void fail(std::string_view key, std::string found, std::string accepted) const {
-    throw Error(ErrorParts{.where = rows_.place(),
-                           .key = std::string(key),
-                           .found = std::move(found),
-                           .accepted = std::move(accepted)});
-  }
-  CsvReader rows_;
-  std::vector<std::string> names_;
-};
 
 template <Supervision S>
 ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& model,
@@ -85,42 +29,43 @@ ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& mo
 
 }  // namespace
 
-std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period) {
-  Table table(csv_file);
+std::vector<ReplayCycle> replay_of(const RunCsv& run, double period) {
+  if (run.cycles.empty()) return {};
+  for (const char* column : {"power_W", "volume_measured_K", "overrun", "solver_status"}) {
+    run.require(column);
+  }
   const auto period_ns = static_cast<std::int64_t>(period * 1e9 + 0.5);
+  const bool commanded = run.has("power_command_W");
   std::vector<ReplayCycle> cycles;
-  std::vector<bool> overrun;
-  bool stopped = false;
-  while (table.next()) {
+  for (const LogRecord& record : run.cycles) {
     ReplayCycle cycle;
-    cycle.written = cycle.readback.power = table.number("power_W");
-    if (table.has("power_command_W")) cycle.written = table.number("power_command_W");
-    if (table.has("device_command_W")) cycle.readback.command = table.number("device_command_W");
+    cycle.written = commanded ? record.authorization.power : record.power;
+    cycle.readback.power = record.power;
+    cycle.readback.command = record.device_command;
     const auto end = static_cast<std::int64_t>(cycles.size() + 1);
     cycle.sample.status = DeviceStatus::kGood;
-    cycle.sample.volume_temperature = table.number("volume_measured_K");
-    cycle.sample.raw = std::bit_cast<std::int64_t>(cycle.sample.volume_temperature);
+    cycle.sample.volume_temperature = record.measured;
+    cycle.sample.raw = std::bit_cast<std::int64_t>(record.measured);
     cycle.sample.sequence = static_cast<std::uint64_t>(end);
     cycle.sample.time_ns = cycle.sample.now_ns = end * period_ns;
-    overrun.push_back(table.number("overrun") != 0.0);
-    stopped = table.text("solver_status") == "stopped";
     cycles.push_back(cycle);
   }
   // A row marked overrun lay behind when the one before it was fetched.
   for (std::size_t k = cycles.size(); k-- > 1;) {
-    if (overrun[k]) {
+    if (run.cycles[k].overrun) {
       cycles[k - 1].sample.periods_behind = cycles[k].sample.periods_behind + 1;
       cycles[k - 1].sample.now_ns = cycles[k].sample.now_ns;
     }
   }
+  const bool stopped = run.cycles.back().decision.status == MpcStatus::kStopped;
   if (stopped && cycles.size() > 1) cycles[cycles.size() - 2].sample.stop_asked = true;
   return cycles;
 }
 
 ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const Config asked = load_config((folder / "config.toml").string(), {});
-  const std::vector<ReplayCycle> cycles =
-      read_replay((folder / "run.csv").string(), asked.control.period);
+  const RunCsv run = read_run_csv(folder / "run.csv");
+  const std::vector<ReplayCycle> cycles = replay_of(run, asked.control.period);
   ModelStore models(asked, use_cache);
   // What the run's controller was told: its margin is found again.
   const Config config = told_to_controller(asked, models.reduced());
@@ -134,7 +79,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   WitnessModel witness = witness_model(models.reduced(), config.estimator);
   if (pulses) see_pulses(witness, per_period, feed);
   // Only runs on a device say what was commanded.
-  const bool device = Table((folder / "run.csv").string()).has("power_command_W");
+  const bool device = run.has("power_command_W");
   Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
   supervisor.power_on();
   // The run has passed its self-test already.

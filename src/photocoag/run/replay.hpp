@@ -4,17 +4,17 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/loop/replay_device.hpp"
+#include "photocoag/run/run_csv.hpp"
 
 namespace photocoag {
 
-/// The periods of a run.csv as the device delivered them. Throws Error naming file and line.
+/// The periods of a run as the device delivered them. Throws Error if a column is missing.
 /// What run.csv does not hold (converter codes, switches) is taken as healthy.
-std::vector<ReplayCycle> read_replay(const std::string& csv_file, double period);
+std::vector<ReplayCycle> replay_of(const RunCsv& run, double period);
 
 struct ReplayOutcome {
   std::size_t compared = 0;    ///< powers

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -14,18 +13,13 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/run/run_csv.hpp"
 
 namespace photocoag {
 namespace {
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-constexpr std::string_view kHeader =
-    "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
-    "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,solver_status,"
-    "solver_iterations,peak_sigma_K,limit_active,overrun,safety_state,safety_reason,sample_"
-    "verdict";
 
 // Median, 99 %, worst and first of durations in ns, in us.
 Json percentiles_us(std::vector<std::int64_t> ns) {
@@ -134,34 +128,6 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
         "the program ended early or its disk was full: recovered from a log without the end";
   }
   return numbers;
-}
-
-std::string run_csv(const Treatment& treatment, bool with_choroid) {
-  std::string text(kHeader);
-  text += with_choroid ? ",choroid_estimate,choroid_sigma" : "";
-  // What a device emits may differ from what it was told; the simulated eye of this process obeys.
-  text += treatment.device ? ",power_command_W,device_command_W\n" : "\n";
-  auto out = std::back_inserter(text);
-  const auto known = [](double value) {
-    return std::isfinite(value) ? fmt::format("{}", value) : std::string();
-  };
-  for (const CycleRecord& r : treatment.records) {
-    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", r.cycle, r.time,
-                   r.power, known(r.truth.volume), known(r.measured), r.estimate.outputs.volume,
-                   known(r.truth.peak), r.estimate.outputs.peak, r.estimate.absorption_factor,
-                   r.estimate.absorption_sigma, r.decision.power_reference,
-                   to_string(r.decision.status), r.decision.iterations, r.estimate.peak_sigma,
-                   r.decision.limit_active ? 1 : 0, r.overrun ? 1 : 0, to_string(r.safety),
-                   to_string(r.authorization.reason), to_string(r.sample.reason));
-    if (with_choroid) {
-      fmt::format_to(out, ",{},{}", r.estimate.choroid_factor, r.estimate.choroid_sigma);
-    }
-    if (treatment.device) {
-      fmt::format_to(out, ",{},{}", r.authorization.power, known(r.device_command));
-    }
-    text += '\n';
-  }
-  return text;
 }
 
 ClaimedFolder open_run_folder(const fs::path& folder, const Config& config) {

@@ -50,8 +50,4 @@ void write_run(const std::filesystem::path& folder, const Config& config,
 void write_summary(const std::filesystem::path& folder, const Config& config,
                    const Treatment& treatment);
 
-/// run.csv as text: the same configuration, seed, build and machine give the same bytes.
-/// `with_choroid`: with the estimate of beta as the last columns.
-std::string run_csv(const Treatment& treatment, bool with_choroid = false);
-
 }  // namespace photocoag

@@ -37,7 +37,7 @@ std::unique_ptr<LogWriter> start_log(const Config& config, ModelStore& models,
   }
   auto log = std::make_unique<LogWriter>(folder, log_header(config, models, std::move(device)),
                                          std::move(options));
-  const std::uint64_t bytes = 2 * sizeof(LogRecord) * config.cycles();
+  const std::uint64_t bytes = 2 * log_record_bytes() * config.cycles();
   if (!disk_has_room(folder, bytes)) {
     throw Error(ErrorParts{.where = folder.string(),
                            .problem = "the disk has no room for the log",

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -14,27 +14,12 @@
 #include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/run/cycle_log.hpp"
+#include "photocoag/log/fields.hpp"
 
 namespace photocoag {
 namespace {
 
 constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
-
-/// Fields that hold numbers of an enumeration, as words; empty for others.
-std::string word_of(std::string_view field, const CycleRecord& record, const LogRecord& logged) {
-  if (field == "update_status") return std::string(to_string(record.estimate.status));
-  if (field == "solver_status") return std::string(to_string(record.decision.status));
-  if (field == "safety_reason") return std::string(to_string(record.authorization.reason));
-  if (field == "sample_verdict") return std::string(to_string(record.sample.reason));
-  if (field == "safety_state") return std::string(to_string(record.safety));
-  if (field == "stop_reason") {
-    LogRecord reason;
-    reason.safety_reason = logged.stop_reason;
-    return std::string(to_string(from_log(reason).authorization.reason));
-  }
-  return {};
-}
 
 bool to_number(const std::string& cell, double& value) {
   if (cell.empty()) {
@@ -46,11 +31,32 @@ bool to_number(const std::string& cell, double& value) {
 }
 
 std::string unit_of(const std::string& name) {
-  for (const auto& [ending, unit] :
-       {std::pair<std::string_view, std::string_view>{"_K", "K"}, {"_W", "W"}, {"_s", "s"}}) {
-    if (name.ends_with(ending)) return std::string(unit);
+  const CycleField* field = field_named(name);
+  return field == nullptr ? "1" : std::string(field->unit);
+}
+
+/// The field of all records.
+TableColumn column_of(const CycleField& field, const std::vector<LogRecord>& records) {
+  TableColumn column{
+      .name = std::string(field.name), .unit = std::string(field.unit), .values = {}};
+  const auto fill = [&]<typename T>(std::vector<T> values, auto value_of) {
+    for (const LogRecord& record : records) values.push_back(value_of(field.get(record)));
+    column.values = std::move(values);
+  };
+  switch (field.type) {
+    case FieldType::kReal:
+      fill(std::vector<double>(), [](std::uint64_t bits) { return std::bit_cast<double>(bits); });
+      break;
+    case FieldType::kInteger:
+      fill(std::vector<std::int64_t>(),
+           [](std::uint64_t bits) { return static_cast<std::int64_t>(bits); });
+      break;
+    case FieldType::kWord:
+      fill(std::vector<std::string>(),
+           [&](std::uint64_t bits) { return std::string(field.word(bits)); });
+      break;
   }
-  return "1";
+  return column;
 }
 
 }  // namespace
@@ -64,31 +70,8 @@ Table table_of(const LogContent& log) {
                  {"period_s", fmt::format("{}", log.header.period)},
                  {"closed", log.closed ? "yes" : "no"},
                  {"records_produced", fmt::format("{}", log.totals.produced)}};
-  for (std::size_t k = 0; k < kLogFields.size(); ++k) {
-    const LogField& field = kLogFields[k];
-    TableColumn column{
-        .name = std::string(field.name), .unit = std::string(field.unit), .values = {}};
-    std::vector<double> reals;
-    std::vector<std::int64_t> integers;
-    std::vector<std::string> words;
-    for (const LogRecord& record : log.records) {
-      const auto* at = reinterpret_cast<const std::byte*>(&record) + 8 * k;
-      double real = 0.0;
-      std::int64_t integer = 0;
-      std::memcpy(&real, at, 8);
-      std::memcpy(&integer, at, 8);
-      reals.push_back(real);
-      integers.push_back(integer);
-      words.push_back(word_of(field.name, from_log(record), record));
-    }
-    if (!words.empty() && !words.front().empty()) {
-      column.values = std::move(words);
-    } else if (field.type == LogFieldType::kReal) {
-      column.values = std::move(reals);
-    } else {
-      column.values = std::move(integers);
-    }
-    table.columns.push_back(std::move(column));
+  for (const CycleField& field : cycle_fields()) {
+    table.columns.push_back(column_of(field, log.records));
   }
   return table;
 }

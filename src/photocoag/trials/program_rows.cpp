@@ -162,8 +162,9 @@ std::string signalled(const ProcessFaultOptions& options, double absorption, int
   if (log.records.size() < 2 || log.records.back().power != 0.0) return "light at the end";
   // The request is seen at the end of a cycle: 0 W is what it writes then.
   const LogRecord& asked = log.records[log.records.size() - 2];
-  if (asked.stop_asked == 0 && asked.safety_state == 4) return "it went on after the request";
-  return asked.next_power == 0.0 ? "" : "not off at once";
+  if (!asked.end.sample.stop_asked && asked.safety == SafetyState::kTreating)
+    return "it went on after the request";
+  return asked.end.next_power == 0.0 ? "" : "not off at once";
 }
 
 std::string jumping_clock(const ProcessFaultOptions& options, double absorption) {
