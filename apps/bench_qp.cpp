@@ -15,7 +15,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/fom/stepper.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/run/model_cache.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
@@ -313,7 +313,7 @@ std::string figure(const std::vector<std::vector<Record>>& table) {
                  .x_max = 20.0,
                  .panels = {std::move(ours)}};
   if (!osqp.series.empty()) drawing.panels.push_back(std::move(osqp));
-  return render_figures({&drawing, 1}, SvgKind::kStandAlone).front();
+  return figure_svg(drawing, SvgKind::kStandAlone);
 }
 
 }  // namespace

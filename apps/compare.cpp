@@ -16,7 +16,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/mor/compare.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "progress.hpp"
 
@@ -161,7 +161,7 @@ int compare_command(const ReduceOptions& options) {
   const Figure drawing = figure(comparison, period);
   write_file((fs::path(options.out) / "comparison.csv").string(), csv(comparison, period));
   write_file((fs::path(options.out) / "comparison.svg").string(),
-             render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
+             figure_svg(drawing, SvgKind::kStandAlone));
   say("written   {0}/comparison.csv, {0}/comparison.svg\n", options.out);
   return 0;
 }

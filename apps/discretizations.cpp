@@ -13,7 +13,7 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/scheme_errors.hpp"
 
@@ -124,7 +124,7 @@ int discretizations(const DiscretizationsOptions& options) {
   const Figure drawing = figure(all);
   write_file((fs::path(options.out) / "discretizations.csv").string(), csv(all));
   write_file((fs::path(options.out) / "discretizations.svg").string(),
-             render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
+             figure_svg(drawing, SvgKind::kStandAlone));
   say("written   {0}/discretizations.csv, {0}/discretizations.svg\n", options.out);
   return 0;
 }

@@ -15,7 +15,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "photocoag/study/page_frame.hpp"
+#include "photocoag/page/page.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/sweep.hpp"
 #include "progress.hpp"

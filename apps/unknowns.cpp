@@ -13,7 +13,7 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/unknowns_study.hpp"
 #include "progress.hpp"
@@ -135,7 +135,7 @@ int compare_estimators(const EstimationOptions& options) {
   const Figure drawing = figure(all, period);
   write_file((folder / "unknowns.csv").string(), csv(all, period));
   write_file((folder / "unknowns.svg").string(),
-             render_figures({&drawing, 1}, SvgKind::kStandAlone).front());
+             figure_svg(drawing, SvgKind::kStandAlone));
   say("written   {0}/unknowns.csv, {0}/unknowns.svg\n", options.out);
   return 0;
 }

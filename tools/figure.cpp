@@ -14,7 +14,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/report/run_figures.hpp"
 #include "photocoag/report/run_log.hpp"
 
@@ -34,14 +34,15 @@ std::string draw(const std::filesystem::path& folder, double to_ms) {
   if (log.empty()) throw Error(ErrorParts{.where = name("run.csv"), .problem = "no cycles"});
 
   std::vector<Figure> parts =
-      run_figures(log, summary, config, {.from_ms = 0.0, .to_ms = to_ms, .width = 760.0});
+      run_figures(log, summary, config, {.from_ms = 0.0, .to_ms = to_ms});
   Figure figure = std::move(parts.front());
   for (std::size_t i = 1; i < parts.size(); ++i) {
     figure.description += " " + parts[i].description;
     figure.panels.push_back(std::move(parts[i].panels.front()));
   }
+  figure.width = 760.0;
   figure.panel_height = 185.0;
-  return render_figures({&figure, 1}, SvgKind::kStandAlone).front();
+  return figure_svg(figure, SvgKind::kStandAlone);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The program where it is not at home: little stack, a gnuplot that hangs, no place for a cache.
+// The program where it is not at home: little stack, no place for a cache.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -30,21 +30,6 @@ TEST(Surroundings, LittleStackIsEnoughForEveryCommand) {
     const ProgramResult run = sandbox.run(command, "prlimit --stack=131072:131072");
     EXPECT_LE(run.exit_code, command.starts_with("treat") ? 1 : 0) << command << "\n" << run.err;
   }
-}
-
-TEST(Surroundings, AStopIsHeardWhileGnuplotHangs) {
-  const Sandbox sandbox;
-  fs::create_directory(sandbox.path("bin"));
-  write_all(sandbox.path("bin/gnuplot"), "#!/bin/sh\n: >started\nexec sleep 1000000\n");
-  fs::permissions(sandbox.path("bin/gnuplot"), fs::perms::owner_all);
-  const ProgramResult run = sandbox.run(
-      "simulate --out run" + kCoarse,
-      "PATH=\"$PWD/bin:$PATH\" sh -c '\"$@\" & child=$!; until [ -e started ]; do sleep 0.1; done; "
-      "kill -TERM $child; wait $child' sh");
-  EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_NE(run.err.find("gnuplot: stopped, as asked by a signal"), std::string::npos) << run.err;
-  EXPECT_TRUE(fs::exists(sandbox.path("run/run.csv")));
-  EXPECT_TRUE(fs::exists(sandbox.path("run/summary.json")));
 }
 
 TEST(Surroundings, WithoutAPlaceForTheCacheTheModelIsMadeAnew) {

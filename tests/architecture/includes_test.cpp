@@ -29,8 +29,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"mpc", {"core", "rom", "qp"}},
     {"osqp", {"core", "rom", "qp", "mpc"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
-    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "report", "osqp"}},
-    {"campaign", {"core", "tissue", "rom", "fom", "loop", "config", "run", "report", "study"}},
+    {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "page", "report", "osqp"}},
+    {"campaign",
+     {"core", "tissue", "rom", "fom", "loop", "config", "run", "page", "study"}},
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.
@@ -45,7 +46,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"log", {"core", "loop", "rt"}},
     {"machine", {"core", "rt"}},
     {"tables", {"core", "config", "loop", "log", "run"}},
-    {"report", {"core"}},
+    {"page", {"core"}},
+    {"report", {"core", "page"}},
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},
     {"trials",

@@ -32,18 +32,29 @@ TemperatureField cone() {
 }
 
 TEST(FieldFigure, IsothermsLieWhereTheFieldSays) {
-  const TemperatureField field = cone();
-  // Linear between centers, so interpolation is exact but for the float.
-  EXPECT_NEAR(isotherm_radius(field, 60, 30.0), 100e-6, 1e-10);
-  EXPECT_NEAR(isotherm_radius(field, 60, 12.25), 277.5e-6, 1e-10);
-  EXPECT_NEAR(isotherm_radius(field, 40, 20.0), 100e-6, 1e-10);
-  EXPECT_EQ(isotherm_radius(field, 10, 20.0), 0.0);
-  const std::vector<double> levels = isotherm_levels(field);
-  EXPECT_EQ(levels, (std::vector<double>{5, 10, 15, 20, 25, 30, 35}));
+  const Figure figure = field_figure(cone());
+  ASSERT_EQ(figure.panels.at(0).contours.size(), 7U);
+  for (int n = 1; n <= 7; ++n) {
+    const Contour& contour = figure.panels[0].contours[static_cast<std::size_t>(n - 1)];
+    EXPECT_EQ(contour.label, std::to_string(5 * n));
+    ASSERT_EQ(contour.lines.size(), 1U);
+    std::size_t on_line = 0;
+    for (std::size_t k = 0; k < contour.lines[0].x.size(); ++k) {
+      const double r = std::abs(contour.lines[0].x[k]);
+      const double z = std::abs(contour.lines[0].y[k] - 302.5);
+      // Linear between centers but for the float and the kinks at the axis and the middle: 2.5 um
+      // there. What is at the border of the view is at least as hot.
+      const bool border = r > 392.0 || z > 290.0;
+      EXPECT_NEAR(border ? std::min(40.0 - 0.1 * (r + z), 5.0 * n) : 40.0 - 0.1 * (r + z), 5.0 * n,
+                  border ? 40.0 : 0.26);
+      on_line += !border && std::abs(40.0 - 0.1 * (r + z) - 5.0 * n) < 1e-4 ? 1 : 0;
+    }
+    EXPECT_GT(on_line, 10U) << contour.label;
+  }
 }
 
 TEST(FieldFigure, IsWellFormedAndNamesWhatItShows) {
-  const std::string svg = field_svg(cone(), {.width = 520.0});
+  const std::string svg = figure_svg(field_figure(cone()), SvgKind::kInline);
   EXPECT_EQ(testing::xml_problem(svg), "");
   for (const char* word : {">front &amp; first<", ">thin<", ">rest<", ">30<", "after 100 ms"}) {
     EXPECT_NE(svg.find(word), std::string::npos) << word;
@@ -55,7 +66,7 @@ TEST(FieldFigure, IsWellFormedAndNamesWhatItShows) {
 TEST(FieldFigure, OfAColdEyeHasNoIsotherm) {
   TemperatureField field = cone();
   for (float& value : field.temperature_rise_K) value = 0.0F;
-  const std::string svg = field_svg(field, {.width = 310.0});
+  const std::string svg = figure_svg(field_figure(field), SvgKind::kPicture);
   EXPECT_EQ(testing::xml_problem(svg), "");
   EXPECT_EQ(testing::count_of(svg, "pc-area-series-2"), 0U);
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace photocoag {
 namespace {
@@ -11,20 +12,17 @@ namespace {
 using Histogram = RunSummary::Histogram;
 
 Figure figure_of(const Histogram& histogram) {
-  const auto figures = timing_figures({histogram}, 520.0, 200.0);
+  const auto figures = timing_figures({histogram});
   EXPECT_EQ(figures.size(), 1U);
   return figures.at(0);
 }
 
-// Entries in the drawn columns: every column is two corners with its count.
+// Entries in the drawn columns.
 double drawn_entries(const Figure& figure) {
-  const Series& outline = figure.panels.at(0).series.at(0);
-  double sum = 0.0;
-  for (std::size_t k = 1; k + 2 < outline.x.size(); k += 2) {
-    EXPECT_EQ(outline.y[k], outline.y[k + 1]);
-    sum += outline.y[k];
-  }
-  return sum;
+  const Series& bars = figure.panels.at(0).series.at(0);
+  EXPECT_EQ(bars.mark, Mark::kBars);
+  EXPECT_EQ(bars.y.at(0), 0.0);
+  return std::accumulate(bars.y.begin(), bars.y.end(), 0.0);
 }
 
 TEST(TimingFigures, EveryEntryIsInAColumnInView) {
@@ -33,14 +31,14 @@ TEST(TimingFigures, EveryEntryIsInAColumnInView) {
       const Figure figure = figure_of(
           {"wake_us", {{first, 5}, {first + spread / 2 + 1, 7}, {first + spread + 1, 11}}});
       EXPECT_EQ(drawn_entries(figure), 23.0) << first << " " << spread;
-      const Series& outline = figure.panels[0].series[0];
-      EXPECT_LE(outline.x.size(), 2U * 81U + 2U);
+      const Series& bars = figure.panels[0].series[0];
+      EXPECT_LE(bars.x.size(), 82U);
       EXPECT_LE(figure.x_min, static_cast<double>(first));
       EXPECT_GT(figure.x_max, static_cast<double>(first + spread + 1));
-      EXPECT_LE(figure.x_min, outline.x.front());
-      EXPECT_GT(figure.x_max, outline.x.back());
+      EXPECT_LE(figure.x_min, bars.x.front());
+      EXPECT_GT(figure.x_max, bars.x.back());
       // A column is 1, 2 or 5 times a power of ten wide.
-      const double width = outline.x[2] - outline.x[1];
+      const double width = bars.x[1] - bars.x[0];
       const double leading = width / std::pow(10.0, std::floor(std::log10(width) + 1e-9));
       EXPECT_TRUE(leading == 1.0 || leading == 2.0 || leading == 5.0) << width;
     }
@@ -50,11 +48,11 @@ TEST(TimingFigures, EveryEntryIsInAColumnInView) {
 TEST(TimingFigures, AColumnAddsItsBinsUp) {
   const Figure figure =
       figure_of({"compute_us", {{0, 1}, {3, 2}, {4, 4}, {5, 8}, {399, 1}}});  // columns of 5 us
-  const Series& outline = figure.panels[0].series[0];
+  const Series& bars = figure.panels[0].series[0];
   EXPECT_EQ(figure.panels[0].title, "Compute: cycles per 5 µs");
-  EXPECT_EQ(outline.y[1], 7.0);  // [0, 5)
-  EXPECT_EQ(outline.y[3], 8.0);  // [5, 10)
-  EXPECT_EQ(outline.y[5], 0.0);
+  EXPECT_EQ(bars.y[1], 7.0);  // [0, 5)
+  EXPECT_EQ(bars.y[2], 8.0);  // [5, 10)
+  EXPECT_EQ(bars.y[3], 0.0);
   EXPECT_TRUE(figure.panels[0].y_log);
 }
 
@@ -69,9 +67,8 @@ TEST(TimingFigures, SayWhatIsInNoBin) {
 }
 
 TEST(TimingFigures, NothingToDrawWithoutEntries) {
-  EXPECT_TRUE(timing_figures({}, 520.0, 200.0).empty());
-  EXPECT_TRUE(
-      timing_figures({{.name = "write_us", .bins = {}, .without = 60}}, 520.0, 200.0).empty());
+  EXPECT_TRUE(timing_figures({}).empty());
+  EXPECT_TRUE(timing_figures({{.name = "write_us", .bins = {}, .without = 60}}).empty());
 }
 
 }  // namespace

@@ -4,20 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <tuple>
 
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/statistics.hpp"
-#include "photocoag/report/html.hpp"
-#include "photocoag/report/plot.hpp"
-#include "photocoag/study/page_frame.hpp"
+#include "photocoag/page/page.hpp"
 
 namespace photocoag {
 namespace {
-
-using Out = std::back_insert_iterator<std::string>;
 
 constexpr std::size_t kWorst = 10;
 constexpr std::size_t kBins = 60;
@@ -52,9 +47,7 @@ Figure histogram(const std::string& title, const std::string& x_label, std::vect
     const double bin = std::clamp((v - low) / width, 0.0, static_cast<double>(kBins - 1));
     share[static_cast<std::size_t>(bin)] += 100.0 / static_cast<double>(values.size());
   }
-  Series bars{.ink = Ink::kSeries1, .mark = Mark::kSteps};
-  bars.x.push_back(low);
-  bars.y.push_back(0.0);
+  Series bars{.x = {low}, .y = {0.0}, .mark = Mark::kBars, .width = 1.2};
   for (std::size_t i = 0; i < kBins; ++i) {
     bars.x.push_back(low + width * static_cast<double>(i + 1));
     bars.y.push_back(share[i]);
@@ -65,7 +58,6 @@ Figure histogram(const std::string& title, const std::string& x_label, std::vect
       .x_min = low,
       .x_max = high,
       .panels = {Panel{.title = title + ", % of spots", .series = {std::move(bars)}, .y_min = 0.0}},
-      .width = 520.0,
       .panel_height = 220.0};
 }
 
@@ -88,24 +80,6 @@ std::vector<Figure> histograms(const std::vector<SpotRecord>& spots) {
                     "log10 of the Arrhenius integral", dose[0]),
           histogram("Thermal dose, damage (Welch and Polhamus)", "log10 of the Arrhenius integral",
                     dose[1])};
-}
-
-// A table before it is HTML or Markdown.
-struct Table {
-  std::vector<std::string> head;
-  std::vector<std::vector<std::string>> rows;
-};
-
-std::string as_html(const Table& table) {
-  std::string html = "<div class=\"scroll\"><table class=\"data\"><thead><tr>";
-  for (const std::string& cell : table.head) html += "<th>" + escape_html(cell) + "</th>";
-  html += "</tr></thead>\n";
-  for (const auto& row : table.rows) {
-    html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + escape_html(cell) + "</td>";
-    html += "</tr>\n";
-  }
-  return html + "</table></div>";
 }
 
 std::string as_markdown(const Table& table) {
@@ -165,8 +139,8 @@ Table input_table(const Campaign& campaign, const std::vector<SpotRecord>& spots
   return table;
 }
 
-std::string worst_table(const Campaign& campaign, const std::vector<SpotRecord>& spots,
-                        const std::string& replay) {
+Html worst_section(const Campaign& campaign, const std::vector<SpotRecord>& spots,
+                   const std::string& replay) {
   const std::size_t over = outcome_index("over_limit_K");
   std::vector<std::size_t> order(spots.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -174,32 +148,49 @@ std::string worst_table(const Campaign& campaign, const std::vector<SpotRecord>&
     return spots[a].outcomes[over] > spots[b].outcomes[over];
   });
   order.resize(std::min(order.size(), kWorst));
-  std::string html =
-      "<section><h2>The ten worst spots</h2>\n<p class=\"hint\">By the highest true peak. Each "
-      "command replays its spot to the bit and leaves a run folder with a report.</p>\n<div "
-      "class=\"scroll\"><table class=\"data\"><thead><tr><th>spot</th><th>highest peak, "
-      "K</th><th>over the limit, K</th><th>cycles over</th><th>error of alpha, %</th>";
-  for (const CampaignInput& input : campaign.inputs) {
-    fmt::format_to(Out(html), "<th>{}</th>", escape_html(short_name(input.key)));
-  }
-  html += "</tr></thead>\n";
+  Table worst{
+      .head = {"spot", "highest peak, K", "over the limit, K", "cycles over", "error of alpha, %"},
+      .rows = {}};
+  for (const CampaignInput& input : campaign.inputs) worst.head.push_back(short_name(input.key));
   std::string commands;
   for (const std::size_t k : order) {
     const SpotRecord& spot = spots[k];
-    const auto value = [&spot](std::string_view name) {
-      return number_text(spot.outcomes[outcome_index(name)], "");
-    };
-    fmt::format_to(Out(html), "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
-                   spot.spot, value("peak_max_K"), value("over_limit_K"),
-                   value("over_limit_cycles"), value("absorption_error_percent"));
-    for (const double input : spot.inputs) {
-      fmt::format_to(Out(html), "<td>{}</td>", number_text(input, ""));
-    }
-    html += "</tr>\n";
+    auto& row = worst.rows.emplace_back();
+    row.push_back(fmt::format("{}", spot.spot));
+    for (const std::string_view name :
+         {"peak_max_K", "over_limit_K", "over_limit_cycles", "absorption_error_percent"})
+      row.push_back(number_text(spot.outcomes[outcome_index(name)], ""));
+    for (const double input : spot.inputs) row.push_back(number_text(input, ""));
     commands += fmt::format("{} {}\n", replay, spot.spot);
   }
-  return html + "</table></div>\n<pre class=\"command\"><code>" + escape_html(commands) +
-         "</code></pre></section>\n";
+  return section("The ten worst spots",
+                 element("p.hint",
+                         "By the highest true peak. Each command replays its spot to the "
+                         "bit and leaves a run folder with a report.") +
+                     table(worst, "The ten worst spots") +
+                     element("pre.command", element("code", commands)));
+}
+
+Html first_numbers(const CampaignSummary& summary, const std::vector<SpotRecord>& spots) {
+  const auto percent = [](double probability) {
+    return fmt::format("{:.3g} %", 100.0 * probability);
+  };
+  return tiles(
+      {{"Violation probability", percent(summary.probability),
+        fmt::format("95 % interval {} to {}, exact binomial", percent(summary.probability_low),
+                    percent(summary.probability_high))},
+       {"Held temperature",
+        fmt::format("{} ± {}", number_text(summary.held_mean_K, ""),
+                    number_text(summary.held_deviation_K, "K")),
+        "minus reference, over the spots; -0.04 ± 0.98 °C measured in rabbits by the best "
+        "published "
+        "system (von der Burchard et al.)"},
+       {"Time to 95 %", number_text(quantile(column(spots, "time_to_95_ms"), 0.5), "ms"),
+        fmt::format("median; never in {} spots; {} stopped by the supervisor",
+                    summary.never_reached, summary.stopped)},
+       {"Error of alpha",
+        number_text(mean_and_deviation(column(spots, "absorption_error_percent")).second, "%"),
+        "standard deviation at the end"}});
 }
 
 }  // namespace
@@ -225,62 +216,39 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots) {
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,
                           std::size_t full_order_states, const std::string& replay) {
   const CampaignSummary summary = summarize_campaign(spots);
-  const auto percent = [](double probability) {
-    return fmt::format("{:.3g} %", 100.0 * probability);
-  };
-  std::string html = page_begin(
-      fmt::format("Limit exceeded in {} of {} spots", summary.violations, summary.spots),
-      "campaign",
-      fmt::format("{} · seed {} · {} · {} eye, {:g} ms per cycle", campaign.file, campaign.seed,
-                  campaign.spots == summary.spots
-                      ? "complete"
-                      : fmt::format("INTERRUPTED: {} spots wanted", campaign.spots),
-                  campaign.config.plant.model == PlantModel::kFull
-                      ? fmt::format("full-order ({} states)", full_order_states)
-                      : std::string("reduced"),
-                  campaign.config.control.period * 1e3),
-      "Virtual spots: what the random inputs leave out, the result leaves out.",
-      ".command{margin-top:14px}\n");
-  html += "<dl class=\"tiles\">\n";
-  html +=
-      page_tile("Violation probability", percent(summary.probability),
-                fmt::format("95 % interval {} to {}, exact binomial",
-                            percent(summary.probability_low), percent(summary.probability_high)));
-  html += page_tile("Held temperature",
-                    fmt::format("{} ± {}", number_text(summary.held_mean_K, ""),
-                                number_text(summary.held_deviation_K, "K")),
-                    "minus reference, over the spots; -0.04 ± 0.98 °C measured in rabbits by the "
-                    "best published system (von der Burchard et al.)");
-  html +=
-      page_tile("Time to 95 %", number_text(quantile(column(spots, "time_to_95_ms"), 0.5), "ms"),
-                fmt::format("median; never in {} spots; {} stopped by the supervisor",
-                            summary.never_reached, summary.stopped));
-  html += page_tile(
-      "Error of alpha",
-      number_text(mean_and_deviation(column(spots, "absorption_error_percent")).second, "%"),
-      "standard deviation at the end");
-  html += "</dl>\n<section><h2>Distributions</h2>\n<div class=\"columns count-2\">\n";
-  const std::vector<Figure> figures = histograms(spots);
-  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
-    html += "<figure>" + svg + "</figure>\n";
-  }
-  html +=
-      "</div><p class=\"hint\">Each from the 0.1 % to the 99.9 % quantile; what lies outside is in "
-      "the outer bins.</p></section>\n";
-  html += worst_table(campaign, spots, replay);
-  html += fmt::format(
-      "<section><h2>Which inputs drive the risk</h2>\n<p class=\"hint\">Rank correlation of each "
-      "input with the highest peak over all spots, and how far its mean among the {:g} % of spots "
-      "with the highest peaks is from its mean over all, in standard deviations. Sorted by the "
-      "latter.</p>\n{}</section>\n<section><h2>Outcomes</h2>{}</section>\n",
-      100.0 * kTail, as_html(input_table(campaign, spots)), as_html(outcome_table(spots)));
-  fmt::format_to(Out(html),
-                 "<section><details><summary>Campaign file</summary><pre "
-                 "class=\"config\"><code>{}</code></pre></details>\n<details><summary>"
-                 "Configuration</summary><pre class=\"config\"><code>{}</code></pre></details>"
-                 "</section>\n",
-                 escape_html(campaign.text), escape_html(to_toml(campaign.config)));
-  return html + page_end();
+  const bool full = campaign.config.plant.model == PlantModel::kFull;
+  const PageHead head{
+      .title = fmt::format("Limit exceeded in {} of {} spots", summary.violations, summary.spots),
+      .kicker = "campaign",
+      .line = fmt::format(
+          "{} · seed {} · {} · {} eye, {:g} ms per cycle", campaign.file, campaign.seed,
+          campaign.spots == summary.spots
+              ? "complete"
+              : fmt::format("INTERRUPTED: {} spots wanted", campaign.spots),
+          full ? fmt::format("full-order ({} states)", full_order_states) : std::string("reduced"),
+          campaign.config.control.period * 1e3),
+      .notice = "Virtual spots: what the random inputs leave out, the result leaves out."};
+  const Html body =
+      first_numbers(summary, spots) +
+      section("Distributions",
+              element("div.columns.count-1", stack(histograms(spots))) +
+                  element("p.hint",
+                          "Each from the 0.1 % to the 99.9 % quantile; what lies outside "
+                          "is in the outer bins.")) +
+      worst_section(campaign, spots, replay) +
+      section(
+          "Which inputs drive the risk",
+          element("p.hint",
+                  fmt::format("Rank correlation of each input with the highest peak over all "
+                              "spots, and how far its mean among the {:g} % of spots with the "
+                              "highest peaks is from its mean over all, in standard deviations. "
+                              "Sorted by the latter.",
+                              100.0 * kTail)) +
+              table(input_table(campaign, spots), "Inputs")) +
+      section("Outcomes", table(outcome_table(spots), "Outcomes")) +
+      element("section", {unfold("Campaign file", campaign.text),
+                          unfold("Configuration", to_toml(campaign.config))});
+  return page(head, body);
 }
 
 std::string campaign_markdown(const Campaign& campaign, const std::vector<SpotRecord>& spots,

@@ -23,7 +23,7 @@ struct CampaignSummary {
 };
 CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots);
 
-/// `replay`: the command up to the number of the spot. Throws Error if gnuplot fails.
+/// `replay`: the command up to the number of the spot.
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,
                           std::size_t full_order_states, const std::string& replay);
 

@@ -10,49 +10,13 @@
 #include <iterator>
 #include <span>
 
+#include "photocoag/core/base64.hpp"
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are written as little endian");
-
-constexpr std::string_view kDigits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-std::string base64(std::span<const unsigned char> bytes) {
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t k = 0; k < bytes.size(); k += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - k);
-    std::uint32_t group = 0;
-    for (std::size_t i = 0; i < 3; ++i) group = group << 8 | (i < count ? bytes[k + i] : 0U);
-    for (std::size_t i = 0; i < 4; ++i) {
-      text += i <= count ? kDigits[group >> (18 - 6 * i) & 63U] : '=';
-    }
-  }
-  return text;
-}
-
-std::vector<unsigned char> from_base64(std::string_view text, const std::string& where) {
-  std::vector<unsigned char> bytes;
-  std::uint32_t group = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=' || c == '\n' || c == ' ') continue;
-    const std::size_t digit = kDigits.find(c);
-    if (digit == std::string_view::npos) {
-      throw Error(ErrorParts{.where = where, .problem = "not base64", .found = std::string(1, c)});
-    }
-    group = group << 6 | static_cast<std::uint32_t>(digit);
-    bits += 6;
-    if (bits >= 8) {
-      bits -= 8;
-      bytes.push_back(static_cast<unsigned char>(group >> bits & 255U));
-    }
-  }
-  return bytes;
-}
 
 // VTK's inline binary: the number of bytes as UInt64, then the values, in one base64 text.
 template <typename T>

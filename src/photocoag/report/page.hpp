@@ -2,45 +2,36 @@
 // Units: on the page every number carries its unit. Real-time promise: none. Threads: none.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "photocoag/page/page.hpp"
 #include "photocoag/report/run_log.hpp"
 
 namespace photocoag {
 
-/// One part of the run, drawn for wide and for narrow pages (same order, same number).
+/// One part of the run: its figures over one time axis.
 struct FigureColumn {
   std::string heading;
-  std::vector<std::string> wide, narrow;  ///< inline SVG
+  std::vector<Figure> figures;
 };
 
-/// The temperature field, drawn for wide and for narrow pages; empty if the run has none.
-struct FieldPicture {
-  std::string wide, narrow;  ///< inline SVG
-};
-
-/// The whole page. `folder`: the run folder as the user named it; `histograms`: of the cycles'
-/// durations, may be empty.
+/// The whole page. `folder`: the run folder as the user named it; `field`: the figure of the
+/// temperature field, may be absent; `histograms`: of the cycles' durations, may be empty.
 std::string report_page(const RunLog& log, const RunSummary& summary, const RunConfig& config,
-                        const std::vector<FigureColumn>& figures, const FieldPicture& field,
-                        const FigureColumn& histograms, const std::string& folder);
-
-/// The page's style, without the drawings' (plot_css).
-std::string_view page_css() noexcept;
+                        const std::vector<FigureColumn>& parts, const std::optional<Figure>& field,
+                        const std::vector<Figure>& histograms, const std::string& folder);
 
 namespace page_detail {
 
 /// Tables of key numbers, solver and timing.
-std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config);
-std::string timing_section(const RunSummary& summary, const FigureColumn& histograms);
+Html summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config);
+Html timing_section(const RunSummary& summary, const std::vector<Figure>& histograms);
 /// First 10 and last 3 cycles.
-std::string cycles_table(const RunLog& log);
-
-/// The drawings below or beside each other; wide ones or narrow ones, as the page is.
-std::string stack(const FigureColumn& column);
+Html cycles_table(const RunLog& log);
 
 /// "wake_late_us" -> {"wake late", "µs"}; without a unit the second is empty.
 std::pair<std::string, std::string> name_and_unit(std::string name);

@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
-#include "photocoag/report/html.hpp"
 #include "photocoag/report/page.hpp"
 
 namespace photocoag::page_detail {
 namespace {
 
-using Out = std::back_insert_iterator<std::string>;
 constexpr std::string_view kNone = "–";
 constexpr std::string_view kSpace = "\u00a0";  // keeps number and unit together
 
@@ -21,29 +18,28 @@ std::string count(std::optional<std::int64_t> value) {
 
 class KeyTable {
  public:
-  explicit KeyTable(std::string_view caption) {
-    fmt::format_to(Out(html_), "<table class=\"keys\"><caption>{}</caption><tbody>\n", caption);
-  }
-  // `value` and `note` are text; they are escaped here.
+  explicit KeyTable(std::string_view caption) : caption_(caption) {}
   KeyTable& row(std::string_view name, std::string_view value, std::string_view note = "",
-                std::string_view kind = "") {
-    fmt::format_to(Out(html_), "<tr{}><th scope=\"row\">{}{}</th><td>{}</td></tr>\n",
-                   kind.empty() ? "" : fmt::format(" class=\"{}\"", kind), escape_html(name),
-                   note.empty() ? "" : fmt::format("<small>{}</small>", escape_html(note)),
-                   escape_html(value));
+                bool alarm = false) {
+    Html words(name);
+    if (!note.empty()) words += element("small", note);
+    rows_ += element(alarm ? "tr.alarm" : "tr",
+                     {element("th", words, {{"scope", "row"}}), element("td", value)});
     return *this;
   }
   // A row for words that are too long for the second column.
-  KeyTable& wide_row(std::string_view name, std::string_view words, std::string_view kind) {
-    fmt::format_to(Out(html_),
-                   "<tr class=\"{}\"><th scope=\"row\" colspan=\"2\">{}: {}</th></tr>\n", kind,
-                   escape_html(name), escape_html(words));
+  KeyTable& alarm(std::string_view name, std::string_view words) {
+    rows_ += element("tr.alarm", element("th", fmt::format("{}: {}", name, words),
+                                         {{"scope", "row"}, {"colspan", "2"}}));
     return *this;
   }
-  std::string end() { return html_ + "</tbody></table>\n"; }
+  Html end() const {
+    return element("table.keys", {element("caption", caption_), element("tbody", rows_)});
+  }
 
  private:
-  std::string html_;
+  std::string_view caption_;
+  Html rows_;
 };
 
 std::optional<double> finite(double value) {
@@ -54,7 +50,7 @@ std::optional<double> plus(std::optional<double> value, double more) {
   return value ? std::optional(*value + more) : std::nullopt;
 }
 
-std::string temperature_table(const RunSummary& summary, const RunConfig& config) {
+Html temperature_table(const RunSummary& summary, const RunConfig& config) {
   const std::string ambient = fmt::format("absolute, ambient {:g}{}°C", config.ambient_C, kSpace);
   KeyTable table("Temperature");
   table.row("Reference", fmt::format("{:g}{}K", config.peak_reference_K, kSpace), "peak rise");
@@ -92,7 +88,7 @@ std::string proper_name(std::string name) {
   return name;
 }
 
-std::string dose_table(const RunSummary& summary) {
+Html dose_table(const RunSummary& summary) {
   if (summary.thermal_dose.empty()) return {};
   KeyTable table("Thermal dose at the peak");
   for (const auto& [name, dose] : summary.thermal_dose)
@@ -100,12 +96,12 @@ std::string dose_table(const RunSummary& summary) {
   return table.end();
 }
 
-std::string safety_table(const RunSummary& summary) {
+Html safety_table(const RunSummary& summary) {
   KeyTable table("Limit and stop");
   const bool exceeded = summary.limit_violations.value_or(0) > 0;
   table
       .row(exceeded ? "▲ Cycles over the limit" : "Cycles over the limit",
-           count(summary.limit_violations), "true peak", exceeded ? "alarm" : "")
+           count(summary.limit_violations), "true peak", exceeded)
       .row("Limit active", count(summary.limit_active_cycles), "cycles in which it bound the power")
       .row("Overruns", count(summary.overruns), "cycles that ended late");
   if (summary.device && summary.device->late_commands) {
@@ -113,14 +109,14 @@ std::string safety_table(const RunSummary& summary) {
               "cycles with an older power in force");
   }
   if (summary.stopped_for) {
-    table.wide_row("■ Stopped for", *summary.stopped_for, "alarm");
+    table.alarm("■ Stopped for", *summary.stopped_for);
   } else {
     table.row("Stopped for", "nothing", "ran to the end");
   }
   return table.end();
 }
 
-std::string laser_table(const RunLog& log, const RunConfig& config) {
+Html laser_table(const RunLog& log, const RunConfig& config) {
   KeyTable table("Laser");
   const double longest =
       log.empty() ? 0.0 : *std::max_element(log.power_W.begin(), log.power_W.end());
@@ -130,8 +126,7 @@ std::string laser_table(const RunLog& log, const RunConfig& config) {
   return table.end();
 }
 
-std::string absorption_table(const RunLog& log, const RunSummary& summary,
-                             const RunConfig& config) {
+Html absorption_table(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
   KeyTable table("Absorption factor");
   if (!log.empty()) {
     table.row("Final estimate", quantity(finite(log.absorption_estimate.back()), 4, ""))
@@ -156,7 +151,7 @@ std::string absorption_table(const RunLog& log, const RunSummary& summary,
   return table.end();
 }
 
-std::string run_table(const RunLog& log, const RunSummary& summary) {
+Html run_table(const RunLog& log, const RunSummary& summary) {
   KeyTable table("Run");
   table.row("Cycles", fmt::format("{}", summary.cycles));
   if (!log.empty())
@@ -167,7 +162,7 @@ std::string run_table(const RunLog& log, const RunSummary& summary) {
   return table.end();
 }
 
-std::string solver_table(const RunLog& log) {
+Html solver_table(const RunLog& log) {
   std::vector<std::pair<std::string, std::int64_t>> counts;
   for (const std::string& status : log.solver_status) {
     auto found = std::find_if(counts.begin(), counts.end(),
@@ -220,88 +215,70 @@ std::string quantity(std::optional<double> value, int digits, std::string_view u
   return text;
 }
 
-std::string summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
-  return "<section><h2>Summary</h2>\n<div class=\"tables\">\n<div>" +
-         temperature_table(summary, config) + dose_table(summary) + "</div>\n<div>" +
-         safety_table(summary) + absorption_table(log, summary, config) + "</div>\n<div>" +
-         laser_table(log, config) + run_table(log, summary) + solver_table(log) +
-         "</div>\n</div></section>\n";
+Html summary_section(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
+  return section(
+      "Summary",
+      element("div.tables",
+              {element("div", {temperature_table(summary, config), dose_table(summary)}),
+               element("div", {safety_table(summary), absorption_table(log, summary, config)}),
+               element("div",
+                       {laser_table(log, config), run_table(log, summary), solver_table(log)})}));
 }
 
-std::string timing_section(const RunSummary& summary, const FigureColumn& histograms) {
+Html timing_section(const RunSummary& summary, const std::vector<Figure>& histograms) {
   if (summary.timing.empty()) {
     if (!summary.device || summary.device->pacing.empty()) return {};
-    return "<section><h2>Timing</h2>\n<p>The simulated eye was paced " +
-           escape_html(summary.device->pacing) + ".</p></section>\n";
+    return section("Timing",
+                   element("p", "The simulated eye was paced " + summary.device->pacing + "."));
   }
   std::vector<std::string> columns;
   for (const RunSummary::Timing& row : summary.timing)
     for (const auto& [name, value] : row.values)
       if (std::find(columns.begin(), columns.end(), name) == columns.end()) columns.push_back(name);
-  std::string html =
-      "<section><h2>Timing</h2>\n<div class=\"scroll\" role=\"region\" tabindex=\"0\" "
-      "aria-label=\"Timing\"><table class=\"data\"><thead><tr><th scope=\"col\">Time</th>";
-  for (const std::string& name : columns)
-    fmt::format_to(Out(html), "<th scope=\"col\">{}</th>", escape_html(name_and_unit(name).first));
-  html += "</tr></thead><tbody>\n";
+  Table times{.head = {"Time"}, .rows = {}};
+  for (const std::string& name : columns) times.head.push_back(name_and_unit(name).first);
   for (const RunSummary::Timing& row : summary.timing) {
     const auto [name, unit] = name_and_unit(row.name);
-    fmt::format_to(Out(html), "<tr><th scope=\"row\">{}{}</th>", escape_html(name),
-                   unit.empty() ? "" : " in " + unit);
+    auto& cells = times.rows.emplace_back();
+    cells.push_back(unit.empty() ? name : name + " in " + unit);
     for (const std::string& column : columns) {
       const auto found = std::find_if(row.values.begin(), row.values.end(),
                                       [&](const auto& entry) { return entry.first == column; });
-      fmt::format_to(Out(html), "<td>{}</td>",
-                     found == row.values.end() ? std::string(kNone) : short_number(found->second));
+      cells.push_back(found == row.values.end() ? std::string(kNone) : short_number(found->second));
     }
-    html += "</tr>\n";
   }
-  html += "</tbody></table></div>\n";
-  if (!histograms.wide.empty())
-    html +=
-        "<p class=\"hint\">Wake: from the end of the period to the wake-up. Compute: from the "
-        "sample to the power, without the eye. Write: until the device has it. Slack: from then "
-        "to the next deadline. Where the time of every cycle went, counts logarithmic:</p>\n"
-        "<div class=\"columns count-1 histograms\">" +
-        stack(histograms) + "</div>\n";
-  return html + "</section>\n";
+  Html content = table(times, "Timing");
+  if (!histograms.empty())
+    content +=
+        element("p.hint",
+                "Wake: from the end of the period to the wake-up. Compute: from the sample to the "
+                "power, without the eye. Write: until the device has it. Slack: from then to the "
+                "next deadline. Where the time of every cycle went, counts logarithmic:") +
+        element("div.columns.count-1.histograms", stack(histograms));
+  return section("Timing", content);
 }
 
-std::string cycles_table(const RunLog& log) {
+Html cycles_table(const RunLog& log) {
   constexpr std::size_t kFirst = 10, kLast = 3;
-  std::string html =
-      "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"Cycles\">"
-      "<table class=\"data\"><thead><tr>";
-  for (const std::string_view name :
-       {"cycle", "time<br>ms", "power<br>mW", "u_ref<br>mW", "peak true<br>K", "peak est.<br>K",
-        "volume true<br>K", "measured<br>K", "estimate<br>K", "absorption<br>factor", "σ", "solver",
-        "iterations"})
-    fmt::format_to(Out(html), "<th scope=\"col\">{}</th>", name);
-  html += "</tr></thead><tbody>\n";
+  Table cycles{.head = {"cycle", "time\nms", "power\nmW", "u_ref\nmW", "peak true\nK",
+                        "peak est.\nK", "volume true\nK", "measured\nK", "estimate\nK",
+                        "absorption\nfactor", "σ", "solver", "iterations"},
+               .rows = {}};
+  const auto cell = [](double value, int digits) { return quantity(finite(value), digits, ""); };
   for (std::size_t k = 0; k < log.cycles(); ++k) {
     if (k >= kFirst && k + kLast < log.cycles()) {
-      html += "<tr class=\"gap\"><td colspan=\"13\">⋯</td></tr>\n";
+      cycles.rows.emplace_back(cycles.head.size(), "⋯");
       k = log.cycles() - kLast;
     }
-    const auto cell = [&html](double value, int digits) {
-      fmt::format_to(Out(html), "<td>{}</td>", quantity(finite(value), digits, ""));
-    };
-    fmt::format_to(Out(html), "<tr><th scope=\"row\">{:.0f}</th>", log.cycle[k]);
-    cell(1e3 * log.time_s[k], 2);
-    cell(1e3 * log.power_W[k], 3);
-    cell(1e3 * log.power_reference_W[k], 3);
-    cell(log.peak_true_K[k], 3);
-    cell(log.peak_estimate_K[k], 3);
-    cell(log.volume_true_K[k], 3);
-    cell(log.volume_measured_K[k], 3);
-    cell(log.volume_estimate_K[k], 3);
-    cell(log.absorption_estimate[k], 4);
-    cell(log.absorption_sigma[k], 4);
-    fmt::format_to(Out(html), "<td>{}</td>", escape_html(log.solver_status[k]));
-    cell(log.solver_iterations[k], 0);
-    html += "</tr>\n";
+    cycles.rows.push_back({fmt::format("{:.0f}", log.cycle[k]), cell(1e3 * log.time_s[k], 2),
+                           cell(1e3 * log.power_W[k], 3), cell(1e3 * log.power_reference_W[k], 3),
+                           cell(log.peak_true_K[k], 3), cell(log.peak_estimate_K[k], 3),
+                           cell(log.volume_true_K[k], 3), cell(log.volume_measured_K[k], 3),
+                           cell(log.volume_estimate_K[k], 3), cell(log.absorption_estimate[k], 4),
+                           cell(log.absorption_sigma[k], 4), log.solver_status[k],
+                           cell(log.solver_iterations[k], 0)});
   }
-  return html + "</tbody></table></div>\n";
+  return table(cycles, "Cycles");
 }
 
 }  // namespace photocoag::page_detail

@@ -191,12 +191,7 @@ std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
                                   log, time_ms, view));
   }
   for (Panel& panel : panels) {
-    Figure figure{.x_label = "time in ms",
-                  .x_min = view.from_ms,
-                  .x_max = view.to_ms,
-                  .width = view.width,
-                  .panel_height = view.panel_height,
-                  .max_points = view.max_points};
+    Figure figure{.x_label = "time in ms", .x_min = view.from_ms, .x_max = view.to_ms};
     figure.description = describe(panel, view);
     figure.panels.push_back(std::move(panel));
     figures.push_back(std::move(figure));

@@ -5,18 +5,15 @@
 
 #include <vector>
 
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/report/run_log.hpp"
 
 namespace photocoag {
 
-/// Part of the run and size of the drawings.
+/// Part of the run.
 struct RunView {
   double from_ms = 0.0;
   double to_ms = 0.0;
-  double width = 520.0;           ///< px of the drawing
-  double panel_height = 240.0;    ///< px
-  std::size_t max_points = 2000;  ///< per series
 };
 
 /// Four or five figures with one panel each, over the same time axis: peak temperature, volume

@@ -39,7 +39,7 @@ std::string outside(const RunSummary::Histogram& histogram) {
   return words;
 }
 
-Figure timing_figure(const RunSummary::Histogram& histogram, double width, double panel_height) {
+Figure timing_figure(const RunSummary::Histogram& histogram) {
   const Columns columns = columns_of(histogram);
   std::vector<std::int64_t> counts(static_cast<std::size_t>(columns.count));
   for (const auto& [edge, entries] : histogram.bins)
@@ -48,32 +48,22 @@ Figure timing_figure(const RunSummary::Histogram& histogram, double width, doubl
   auto [name, unit] = page_detail::name_and_unit(histogram.name);
   if (!name.empty() && name[0] >= 'a' && name[0] <= 'z')
     name[0] = static_cast<char>(name[0] - 'a' + 'A');
-  Series outline{.ink = Ink::kSeries1, .width = 1.2};
-  const auto corner = [&outline](double x, double y) {
-    outline.x.push_back(x);
-    outline.y.push_back(y);
-  };
   const auto edge_of = [&columns](std::size_t k) {
     return static_cast<double>(columns.start + static_cast<std::int64_t>(k) * columns.width);
   };
-  corner(edge_of(0), 0.0);
+  Series bars{.legend = {}, .x = {edge_of(0)}, .y = {0.0}, .mark = Mark::kBars, .width = 1.2};
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    corner(edge_of(k), static_cast<double>(counts[k]));
-    corner(edge_of(k + 1), static_cast<double>(counts[k]));
+    bars.x.push_back(edge_of(k + 1));
+    bars.y.push_back(static_cast<double>(counts[k]));
   }
-  corner(edge_of(counts.size()), 0.0);
 
   const std::size_t fullest =
       static_cast<std::size_t>(std::max_element(counts.begin(), counts.end()) - counts.begin());
   Panel panel{.title = fmt::format("{}: cycles per {}{}{}", name, columns.width,
                                    unit.empty() ? "" : " " + unit, outside(histogram)),
-              .bands = {{.x = outline.x,
-                         .low = std::vector<double>(outline.x.size(), 0.0),
-                         .high = outline.y,
-                         .ink = Ink::kSeries1}},
               .y_min = kFloor,
               .y_log = true};
-  panel.series.push_back(std::move(outline));
+  panel.series.push_back(std::move(bars));
   return {
       .description = fmt::format("{}, logarithmic. From {:g} to {:g} {}, most ({}) from {:g} to "
                                  "{:g} {}.",
@@ -84,17 +74,15 @@ Figure timing_figure(const RunSummary::Histogram& histogram, double width, doubl
       .x_min = columns.start > 0 ? edge_of(0) - static_cast<double>(columns.width) : 0.0,
       .x_max = edge_of(std::max(counts.size() + 1, kFewestColumns)),
       .panels = {std::move(panel)},
-      .width = width,
-      .panel_height = panel_height};
+      .panel_height = 200.0};
 }
 
 }  // namespace
 
-std::vector<Figure> timing_figures(const std::vector<RunSummary::Histogram>& histograms,
-                                   double width, double panel_height) {
+std::vector<Figure> timing_figures(const std::vector<RunSummary::Histogram>& histograms) {
   std::vector<Figure> figures;
   for (const RunSummary::Histogram& histogram : histograms)
-    if (!histogram.bins.empty()) figures.push_back(timing_figure(histogram, width, panel_height));
+    if (!histogram.bins.empty()) figures.push_back(timing_figure(histogram));
   return figures;
 }
 

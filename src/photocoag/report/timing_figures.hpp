@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/report/run_log.hpp"
 
 namespace photocoag {
@@ -14,7 +14,6 @@ namespace photocoag {
 /// logarithmic, so that one late cycle in a million is seen. Neighbouring bins are added up to
 /// about 80 columns; the title says how wide they are, and how many entries lie below 0 or above
 /// all bins. Test: tests/report/timing_figures_test.cpp.
-std::vector<Figure> timing_figures(const std::vector<RunSummary::Histogram>& histograms,
-                                   double width, double panel_height);
+std::vector<Figure> timing_figures(const std::vector<RunSummary::Histogram>& histograms);
 
 }  // namespace photocoag

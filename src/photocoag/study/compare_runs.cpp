@@ -1,24 +1,20 @@
 // Several run folders in one report.
 #include <fmt/format.h>
 
-#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "photocoag/config/source.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/html.hpp"
+#include "photocoag/page/page.hpp"
 #include "photocoag/report/run_log.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/study/overlay.hpp"
-#include "photocoag/study/page_frame.hpp"
 #include "photocoag/study/sweep.hpp"
 
 namespace photocoag {
 namespace {
-
-using Out = std::back_insert_iterator<std::string>;
 
 constexpr std::size_t kMostBytes = 500'000'000;  // of a file of a run folder
 
@@ -77,55 +73,47 @@ std::string optional_text(std::optional<double> value, double factor, std::strin
   return value ? number_text(*value * factor, unit) : "–";
 }
 
-std::string summary_table(const std::vector<Loaded>& runs) {
-  std::string html =
-      "<section><h2>Summaries</h2><div class=\"scroll\"><table class=\"data\"><thead><tr><th>run"
-      "</th><th>highest peak</th><th>limit</th><th>cycles above it</th><th>95 % after</th>"
-      "<th>RMS error after 50 ms</th><th>final error of alpha</th><th>overruns</th><th>seed</th>"
-      "<th>stopped for</th></tr></thead>\n";
-  for (const Loaded& run : runs) {
-    const RunSummary& s = run.summary;
-    const auto count = [](const std::optional<std::int64_t>& value) {
-      return value ? fmt::format("{}", *value) : std::string("–");
-    };
-    fmt::format_to(
-        Out(html),
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
-        "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
-        escape_html(run.name),
-        optional_text(s.peak_true_max_K ? s.peak_true_max_K : s.peak_estimate_max_K, 1.0, "K"),
-        number_text(s.limit_K, "K"), count(s.limit_violations),
-        optional_text(s.time_to_95_percent_s, 1e3, "ms"),
-        optional_text(s.rms_error_after_50_ms_K, 1.0, "K"),
-        optional_text(s.absorption_error_final, 100.0, "%"), count(s.overruns), escape_html(s.seed),
-        escape_html(s.stopped_for.value_or("–")));
-  }
-  return html + "</table></div></section>\n";
+std::string count_text(const std::optional<std::int64_t>& value) {
+  return value ? fmt::format("{}", *value) : "–";
 }
 
-std::string difference_table(const std::vector<Loaded>& runs) {
+Html summary_table(const std::vector<Loaded>& runs) {
+  Table summaries{
+      .head = {"run", "highest peak", "limit", "cycles above it", "95 % after",
+               "RMS error after 50 ms", "final error of alpha", "overruns", "seed", "stopped for"},
+      .rows = {}};
+  for (const Loaded& run : runs) {
+    const RunSummary& s = run.summary;
+    summaries.rows.push_back(
+        {run.name,
+         optional_text(s.peak_true_max_K ? s.peak_true_max_K : s.peak_estimate_max_K, 1.0, "K"),
+         number_text(s.limit_K, "K"), count_text(s.limit_violations),
+         optional_text(s.time_to_95_percent_s, 1e3, "ms"),
+         optional_text(s.rms_error_after_50_ms_K, 1.0, "K"),
+         optional_text(s.absorption_error_final, 100.0, "%"), count_text(s.overruns), s.seed,
+         s.stopped_for.value_or("–")});
+  }
+  return section("Summaries", table(summaries, "Summaries"));
+}
+
+Html difference_table(const std::vector<Loaded>& runs) {
+  const std::string_view heading = "Where the configurations differ";
   std::set<std::string> keys;
+  Table differences{.head = {"key"}, .rows = {}};
   for (const Loaded& run : runs) {
     for (const auto& [key, text] : run.keys) keys.insert(key);
+    differences.head.push_back(run.name);
   }
-  std::string rows;
   for (const std::string& key : keys) {
-    std::set<std::string> values;
-    std::string cells;
+    std::vector<std::string> row = {key};
     for (const Loaded& run : runs) {
       const auto found = run.keys.find(key);
-      const std::string text = found == run.keys.end() ? "not given" : found->second;
-      values.insert(text);
-      fmt::format_to(Out(cells), "<td>{}</td>", escape_html(text));
+      row.push_back(found == run.keys.end() ? "not given" : found->second);
     }
-    if (values.size() > 1)
-      fmt::format_to(Out(rows), "<tr><td>{}</td>{}</tr>\n", escape_html(key), cells);
+    if (std::set(row.begin() + 1, row.end()).size() > 1) differences.rows.push_back(row);
   }
-  std::string html = "<section><h2>Where the configurations differ</h2>";
-  if (rows.empty()) return html + "<p>Nowhere.</p></section>\n";
-  html += "<div class=\"scroll\"><table class=\"data\"><thead><tr><th>key</th>";
-  for (const Loaded& run : runs) fmt::format_to(Out(html), "<th>{}</th>", escape_html(run.name));
-  return html + "</tr></thead>\n" + rows + "</table></div></section>\n";
+  if (differences.rows.empty()) return section(heading, element("p", "Nowhere."));
+  return section(heading, table(differences, heading));
 }
 
 }  // namespace
@@ -143,21 +131,18 @@ void compare_runs(const std::vector<std::filesystem::path>& folders,
                       .reference_K = runs.back().config.peak_reference_K});
   }
   const std::vector<Figure> figures = overlay_figures(curves);
-  std::string html = page_begin(
-      "Runs compared", "comparison", fmt::format("{} run folders", runs.size()),
-      "One time axis for all. The peak is the true one where the eye was simulated, else the "
-      "estimate.",
-      overlay_css());
-  html += "<section><h2>Overlay</h2>";
-  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
-    html += "<figure class=\"overlay\">" + svg + "</figure>\n";
-  }
-  html += "</section>\n";
-  html += summary_table(runs) + difference_table(runs);
+  const PageHead head{.title = "Runs compared",
+                      .kicker = "comparison",
+                      .line = fmt::format("{} run folders", runs.size()),
+                      .notice =
+                          "One time axis for all. The peak is the true one where the eye was "
+                          "simulated, else the estimate."};
   std::filesystem::create_directories(out);
-  write_file((out / "compare.svg").string(), render_figures(figures, SvgKind::kStandAlone).front());
+  write_file((out / "compare.svg").string(), figure_svg(figures.front(), SvgKind::kStandAlone));
   write_file((out / "compare.csv").string(), figure_csv(figures.front()));
-  write_file((out / "index.html").string(), html + page_end());
+  write_file((out / "index.html").string(),
+             page(head, section("Overlay", stack(figures)) + summary_table(runs) +
+                            difference_table(runs)));
 }
 
 }  // namespace photocoag

@@ -5,7 +5,6 @@
 #include <array>
 #include <iterator>
 
-#include "photocoag/report/plot.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/timing.hpp"
 
@@ -153,27 +152,20 @@ std::string data_csv(const StudyOutcome& outcome, const std::string& column) {
 }  // namespace
 
 std::vector<StudyDrawing> draw_study(const StudyOutcome& outcome, std::vector<StudyFile>& files) {
-  std::vector<Figure> figures;
   std::vector<StudyDrawing> drawings;
-  const auto name = [&](const std::string& column) {
-    return column.empty() ? outcome.study.id : outcome.study.id + "-" + column;
+  const auto add = [&](const std::string& title, const std::string& column, Figure figure,
+                       std::string csv) {
+    const std::string name = column.empty() ? outcome.study.id : outcome.study.id + "-" + column;
+    files.push_back({name + ".csv", std::move(csv)});
+    files.push_back({name + ".svg", figure_svg(figure, SvgKind::kStandAlone)});
+    drawings.push_back({title, std::move(figure), name + ".svg", name + ".csv"});
   };
   if (outcome.study.kind == StudyKind::kComputationTimes) {
-    figures.push_back(timing_figure(outcome));
-    drawings.push_back({"Time per solve", {}, name("") + ".svg", name("") + ".csv"});
-    files.push_back({drawings.back().csv_file, figure_csv(figures.back())});
+    const Figure figure = timing_figure(outcome);
+    add("Time per solve", "", figure, figure_csv(figure));
   }
-  for (const StudyColumn& column : outcome.study.columns) {
-    figures.push_back(column_figure(outcome, column));
-    drawings.push_back({column.title, {}, name(column.id) + ".svg", name(column.id) + ".csv"});
-    files.push_back({drawings.back().csv_file, data_csv(outcome, column.id)});
-  }
-  const std::vector<std::string> inlined = render_figures(figures, SvgKind::kInline);
-  const std::vector<std::string> alone = render_figures(figures, SvgKind::kStandAlone);
-  for (std::size_t i = 0; i < drawings.size(); ++i) {
-    drawings[i].svg = inlined[i];
-    files.push_back({drawings[i].svg_file, alone[i]});
-  }
+  for (const StudyColumn& column : outcome.study.columns)
+    add(column.title, column.id, column_figure(outcome, column), data_csv(outcome, column.id));
   return drawings;
 }
 

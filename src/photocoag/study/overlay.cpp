@@ -75,9 +75,4 @@ std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves) {
   return {std::move(whole), std::move(heating)};
 }
 
-std::string_view overlay_css() {
-  return ".overlay{margin:0 0 28px}\n.data td:first-child,.data "
-         "th:first-child{white-space:nowrap}\n";
-}
-
 }  // namespace photocoag

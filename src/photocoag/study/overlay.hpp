@@ -3,10 +3,9 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 #include "photocoag/study/run_set.hpp"
 
 namespace photocoag {
@@ -27,7 +26,5 @@ OverlayCurve overlay_curve(std::string label, const RunResult& result);
 /// Over the longest run, and over the heating phase if the run is longer than that; curves beyond
 /// kMostCurves are left out.
 std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves);
-
-std::string_view overlay_css();
 
 }  // namespace photocoag

@@ -1,19 +1,15 @@
 // index.html of `reproduce`.
 #include <fmt/format.h>
 
-#include <iterator>
 #include <set>
 
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/html.hpp"
-#include "photocoag/study/page_frame.hpp"
+#include "photocoag/page/page.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/timing.hpp"
 
 namespace photocoag {
 namespace {
-
-using Out = std::back_insert_iterator<std::string>;
 
 constexpr std::string_view kCss = R"css(
 .claims{width:100%;margin-top:18px}
@@ -28,12 +24,11 @@ constexpr std::string_view kCss = R"css(
 .claims details{border:0;padding:2px 0}
 .claims summary{font-weight:400;color:var(--quiet);font-size:.8125rem}
 .claims details code{font-size:.75rem}
-.times td,.times th{padding:4px 0 4px 22px;text-align:right;border-top:1px solid var(--line);font-weight:400}
-.times tr>:first-child{padding-left:0}
 .sens td,.sens th{border-top:1px solid var(--line);padding:4px 10px 4px 0;text-align:center;font-weight:400;font-size:.875rem}
 .sens tr>:first-child{text-align:left;min-width:16rem}
-.toc{columns:2;font-size:.9375rem;margin:0;padding-left:1.2em}
-@media screen and (max-width:640px){.toc{columns:1}.claims .pred{width:auto}}
+.single{max-width:640px}
+.columns{margin-top:14px}
+@media screen and (max-width:640px){.claims .pred{width:auto}}
 )css";
 
 std::string_view symbol(Verdict3 verdict) {
@@ -41,166 +36,166 @@ std::string_view symbol(Verdict3 verdict) {
   return verdict == Verdict3::kDiffers ? "≠" : "?";
 }
 
-void claims_table(std::string& html, const StudyOutcome& outcome) {
-  html +=
-      "<div class=\"scroll\"><table class=\"claims\"><thead><tr><th>verdict</th><th>what the paper "
-      "says</th><th>measured, over the seeds</th></tr></thead>\n";
-  for (const JudgedClaim& claim : outcome.claims) {
-    fmt::format_to(Out(html), "<tr><td class=\"mark\"><span>{}</span>{}</td><td>{}",
-                   symbol(claim.verdict), name_of(claim.verdict), escape_html(claim.claim.text));
-    std::string why = claim.verdict == Verdict3::kDiffers       ? claim.claim.differs
-                      : claim.verdict == Verdict3::kCannotJudge ? claim.claim.cannot_judge
-                                                                : std::string();
-    if (claim.verdict == Verdict3::kDiffers && why.empty()) {
-      why = "The data contradict the claim; the study's file gives no reason.";
-    }
-    if (!claim.as_expected()) {
-      why += fmt::format(" The study's file expects “{}”: something has changed.",
-                         claim.claim.expected);
-    }
-    if (!why.empty()) fmt::format_to(Out(html), "<p class=\"why\">{}</p>", escape_html(why));
-    html += "</td><td class=\"pred\">";
-    if (!claim.claim.holds_if.empty()) {
-      html += "<ul>";
-      std::set<std::string> shown;
-      for (const TermValue& term : claim.terms) {
-        if (!shown.insert(term.term.text()).second) continue;
-        fmt::format_to(Out(html), "<li><code>{}</code> = {}</li>", escape_html(term.term.text()),
-                       escape_html(number_text(term.value, unit_of(term.term.measure))));
-      }
-      fmt::format_to(Out(html),
-                     "</ul><details><summary>holds if</summary><code>{}</code></details>",
-                     escape_html(claim.claim.holds_if));
-    }
-    html += "</td></tr>\n";
-  }
-  html += "</table></div>\n";
+// A table whose cells are not text alone.
+Html wide_table(std::string_view selector, std::string_view name,
+                const std::vector<std::string>& head, const Html& rows) {
+  Html cells;
+  for (const std::string& cell : head) cells += element("th", cell, {{"scope", "col"}});
+  return scroll(element(selector, {element("thead", element("tr", cells)), element("tbody", rows)}),
+                name);
 }
 
-void times_table(std::string& html, const StudyOutcome& outcome) {
-  html +=
-      "<div class=\"scroll\"><table class=\"times\"><thead><tr><th>N</th><th>paper, average</th>"
-      "<th>paper, maximum</th><th>solver here</th><th>average</th><th>maximum</th><th>first "
-      "solve</th><th>worst later solve</th></tr></thead>\n";
+// Why the verdict is what it is; empty: the numbers say it.
+std::string reason(const JudgedClaim& judged) {
+  const Claim& claim = judged.claim;
+  std::string why;
+  if (judged.verdict == Verdict3::kCannotJudge) why = claim.cannot_judge;
+  if (judged.verdict == Verdict3::kDiffers)
+    why = claim.differs.empty() ? "The data contradict the claim; the study's file gives no reason."
+                                : claim.differs;
+  if (!judged.as_expected())
+    why += fmt::format(" The study's file expects “{}”: something has changed.", claim.expected);
+  return why;
+}
+
+Html measured(const JudgedClaim& judged) {
+  if (judged.claim.holds_if.empty()) return {};
+  Html list;
+  std::set<std::string> shown;
+  for (const TermValue& term : judged.terms)
+    if (shown.insert(term.term.text()).second)
+      list += element("li", {element("code", term.term.text()), " = ",
+                             number_text(term.value, unit_of(term.term.measure))});
+  return element("ul", list) + element("details", {element("summary", "holds if"),
+                                                   element("code", judged.claim.holds_if)});
+}
+
+Html claims_table(const StudyOutcome& outcome) {
+  Html rows;
+  for (const JudgedClaim& judged : outcome.claims) {
+    Html text(judged.claim.text);
+    if (const std::string why = reason(judged); !why.empty()) text += element("p.why", why);
+    rows += element(
+        "tr",
+        {element("td.mark", {element("span", symbol(judged.verdict)), name_of(judged.verdict)}),
+         element("td", text), element("td.pred", measured(judged))});
+  }
+  return wide_table("table.claims", "Claims",
+                    {"verdict", "what the paper says", "measured, over the seeds"}, rows);
+}
+
+Html times_table(const StudyOutcome& outcome) {
+  Table times{.head = {"N", "paper, average", "paper, maximum", "solver here", "average", "maximum",
+                       "first solve", "worst later solve"},
+              .rows = {}};
   for (const RunResult& run : outcome.results) {
     const PaperTime paper = paper_time(run.config.control.horizon);
     const auto us = [&run](const char* measure, const char* statistic) {
-      return statistic_of(statistic, run.measures.at(measure));
+      return fmt::format("{:.2f} µs", statistic_of(statistic, run.measures.at(measure)));
     };
-    fmt::format_to(Out(html),
-                   "<tr><td>{}</td><td>{:.0f} µs</td><td>{:.0f} µs</td><td>{}</td><td>{:.2f} "
-                   "µs</td><td>{:.2f} "
-                   "µs</td><td>{:.2f} µs</td><td>{:.2f} µs</td></tr>\n",
-                   run.config.control.horizon, paper.average_ms * 1e3, paper.maximum_ms * 1e3,
-                   run.id.substr(0, run.id.find("_n")), us("solve_mean_us", "mean"),
-                   us("solve_max_us", "max"), us("solve_first_us", "median"),
-                   us("solve_warm_worst_us", "median"));
+    times.rows.push_back({fmt::format("{}", run.config.control.horizon),
+                          fmt::format("{:.0f} µs", paper.average_ms * 1e3),
+                          fmt::format("{:.0f} µs", paper.maximum_ms * 1e3),
+                          run.id.substr(0, run.id.find("_n")), us("solve_mean_us", "mean"),
+                          us("solve_max_us", "max"), us("solve_first_us", "median"),
+                          us("solve_warm_worst_us", "median")});
   }
-  html +=
-      "</table></div>\n<p class=\"hint\">Average and maximum over all cycles and treatments, the "
-      "machine's interruptions included. First and worst later solve: the least of five "
-      "repetitions "
-      "of the same solve, median of the treatments. The paper's times are from another "
-      "machine.</p>\n";
+  return table(times, "Computation times") +
+         element("p.hint",
+                 "Average and maximum over all cycles and treatments, the machine's interruptions "
+                 "included. First and worst later solve: the least of five repetitions of the same "
+                 "solve, median of the treatments. The paper's times are from another machine.");
 }
 
-void sensitivity_table(std::string& html, const StudyOutcome& outcome) {
-  if (outcome.variations.empty()) return;
-  html +=
-      "<details><summary>Sensitivity to what the paper does not give</summary>\n"
-      "<p class=\"hint\">The same predicates with other tissue, tuning or discretisation, in the "
-      "model and in the eye alike. ✓ holds, ≠ differs.</p>\n"
-      "<div class=\"scroll\"><table class=\"sens\"><thead><tr><th>claim</th><th>as above</th>";
-  for (const VariedStudy& row : outcome.variations) {
-    fmt::format_to(Out(html), "<th>{}</th>", escape_html(row.variation.title));
-  }
-  html += "</tr></thead>\n";
+Html sensitivity_table(const StudyOutcome& outcome) {
+  if (outcome.variations.empty()) return {};
+  std::vector<std::string> head = {"claim", "as above"};
+  for (const VariedStudy& row : outcome.variations) head.push_back(row.variation.title);
+  Html rows;
   for (std::size_t i = 0; i < outcome.claims.size(); ++i) {
     if (outcome.claims[i].verdict == Verdict3::kCannotJudge) continue;
-    fmt::format_to(Out(html), "<tr><td>{}</td><td>{}</td>",
-                   escape_html(outcome.claims[i].claim.text), symbol(outcome.claims[i].verdict));
-    for (const VariedStudy& row : outcome.variations) {
-      fmt::format_to(Out(html), "<td>{}</td>", symbol(row.verdicts[i]));
-    }
-    html += "</tr>\n";
+    Html cells = element("td", outcome.claims[i].claim.text) +
+                 element("td", symbol(outcome.claims[i].verdict));
+    for (const VariedStudy& row : outcome.variations)
+      cells += element("td", symbol(row.verdicts[i]));
+    rows += element("tr", cells);
   }
-  html += "</table></div></details>\n";
+  return element("details",
+                 {element("summary", "Sensitivity to what the paper does not give"),
+                  element("p.hint",
+                          "The same predicates with other tissue, tuning or discretisation, in the "
+                          "model and in the eye alike. ✓ holds, ≠ differs."),
+                  wide_table("table.sens", "Sensitivity", head, rows)});
 }
 
-void study_section(std::string& html, const StudyOutcome& outcome,
-                   const std::vector<StudyDrawing>& drawings) {
+Html study_section(const StudyOutcome& outcome, const std::vector<StudyDrawing>& drawings) {
   const Study& study = outcome.study;
-  fmt::format_to(Out(html), "<section id=\"{}\"><h2>{}</h2>\n<p class=\"run\">{} · {} {}</p>\n",
-                 study.id, escape_html(study.title), escape_html(study.paper), outcome.seeds,
-                 study.kind == StudyKind::kComputationTimes ? "treatments timed" : "noise seeds");
-  if (!study.note.empty()) fmt::format_to(Out(html), "<p>{}</p>\n", escape_html(study.note));
-  fmt::format_to(Out(html), "<div class=\"columns count-{}\" style=\"margin-top:14px\">\n",
-                 drawings.size() > 1 ? 2 : 1);
-  for (const StudyDrawing& drawing : drawings) {
-    fmt::format_to(Out(html),
-                   "<div class=\"column\"{}><h3>{}</h3>\n<figure>{}</figure><p class=\"hint\">"
-                   "Files beside this page: <code>{}</code>, <code>{}</code>{}</p></div>\n",
-                   drawings.size() > 1 ? "" : " style=\"max-width:640px\"",
-                   escape_html(drawing.title), drawing.svg, drawing.svg_file, drawing.csv_file,
-                   study.kind == StudyKind::kClosedLoop ? " (all seeds; the first is drawn)" : "");
-  }
-  html += "</div>\n";
-  if (study.kind == StudyKind::kComputationTimes) times_table(html, outcome);
-  claims_table(html, outcome);
-  sensitivity_table(html, outcome);
-  fmt::format_to(Out(html),
-                 "<details><summary>Configuration: <code>studies/{}.toml</code></summary>\n<pre "
-                 "class=\"config\" tabindex=\"0\"><code>{}</code></pre></details>\n</section>\n",
-                 study.id, escape_html(read_file(study.file.string(), 1'000'000)));
+  const bool loops = study.kind == StudyKind::kClosedLoop;
+  Html content = element("h2", study.title) +
+                 element("p.run", fmt::format("{} · {} {}", study.paper, outcome.seeds,
+                                              loops ? "noise seeds" : "treatments timed"));
+  if (!study.note.empty()) content += element("p", study.note);
+  Html columns;
+  for (const StudyDrawing& drawing : drawings)
+    columns +=
+        element("div.column",
+                {element("h3", drawing.title), figure_element(drawing.figure),
+                 element("p.hint", {"Files beside this page: ", element("code", drawing.svg_file),
+                                    ", ", element("code", drawing.csv_file),
+                                    loops ? " (all seeds; the first is drawn)" : ""})});
+  content += element(drawings.size() > 1 ? "div.columns.count-2" : "div.columns.single", columns);
+  if (!loops) content += times_table(outcome);
+  content += claims_table(outcome) + sensitivity_table(outcome) +
+             unfold(Html("Configuration: ") + element("code", "studies/" + study.id + ".toml"),
+                    read_file(study.file.string(), 1'000'000));
+  return element("section", content, {{"id", study.id}});
 }
 
-void summary(std::string& html, const std::vector<StudyOutcome>& outcomes) {
+Html summary(const std::vector<StudyOutcome>& outcomes) {
   std::size_t count[3] = {};
   std::size_t unexpected = 0;
+  Html list;
   for (const StudyOutcome& outcome : outcomes) {
+    Html claims;
     for (const JudgedClaim& claim : outcome.claims) {
       ++count[static_cast<int>(claim.verdict)];
       unexpected += claim.as_expected() ? 0 : 1;
+      claims += element("li", {symbol(claim.verdict), " ",
+                               element("strong", name_of(claim.verdict)), ": " + claim.claim.text});
     }
+    list +=
+        element("p.hint", element("a", outcome.study.title, {{"href", "#" + outcome.study.id}})) +
+        element("ul", claims);
   }
-  html += "<dl class=\"tiles\">\n";
-  const auto tile = [&html](std::string_view name, std::size_t value, std::string_view note) {
-    html += page_tile(name, std::to_string(value), note);
+  const auto tile = [](const char* name, std::size_t value, const char* note) {
+    return Tile{name, std::to_string(value), note};
   };
-  tile("Claims", count[0] + count[1] + count[2], "of the paper's text");
-  tile("✓ hold", count[0], "on the simulated eye");
-  tile("≠ differ", count[1], "how and why stands beside each");
-  tile("? cannot be judged", count[2],
-       unexpected == 0 ? "no verdict has changed" : "SOME VERDICTS HAVE CHANGED");
-  html += "</dl>\n<section><h2>All claims</h2>\n";
-  for (const StudyOutcome& outcome : outcomes) {
-    fmt::format_to(Out(html), "<p style=\"margin-top:10px\"><a href=\"#{}\">{}</a></p>\n<ul>\n",
-                   outcome.study.id, escape_html(outcome.study.title));
-    for (const JudgedClaim& claim : outcome.claims) {
-      fmt::format_to(Out(html), "<li>{} <strong>{}</strong>: {}</li>\n", symbol(claim.verdict),
-                     name_of(claim.verdict), escape_html(claim.claim.text));
-    }
-    html += "</ul>\n";
-  }
-  html += "</section>\n";
+  return tiles({tile("Claims", count[0] + count[1] + count[2], "of the paper's text"),
+                tile("✓ hold", count[0], "on the simulated eye"),
+                tile("≠ differ", count[1], "how and why stands beside each"),
+                tile("? cannot be judged", count[2],
+                     unexpected == 0 ? "no verdict has changed" : "SOME VERDICTS HAVE CHANGED")}) +
+         section("All claims", list);
 }
 
 }  // namespace
 
 std::string reproduce_page(const std::vector<StudyOutcome>& outcomes,
                            const std::vector<std::vector<StudyDrawing>>& drawings, bool quick) {
-  std::string html = page_begin(
-      "The paper's results on the simulated eye",
-      quick ? "reproduction, shortened" : "reproduction",
-      "Model predictive control for retinal laser treatment at 1 kHz (Schaller, Kleyman, "
-      "Mordmüller, Schmidt, Wilson, Brinkmann, Müller, Worthmann)",
-      "Layer thicknesses, spot radius and the filter's tuning are not in the paper: its exact "
-      "curves cannot be claimed, only its model, its method and what it says. Where the paper "
-      "treats porcine eyes, this treats simulated ones.",
-      kCss);
-  summary(html, outcomes);
-  for (std::size_t i = 0; i < outcomes.size(); ++i) study_section(html, outcomes[i], drawings[i]);
-  return html + page_end();
+  const PageHead head{
+      .title = "The paper's results on the simulated eye",
+      .kicker = quick ? "reproduction, shortened" : "reproduction",
+      .line =
+          "Model predictive control for retinal laser treatment at 1 kHz (Schaller, Kleyman, "
+          "Mordmüller, Schmidt, Wilson, Brinkmann, Müller, Worthmann)",
+      .notice =
+          "Layer thicknesses, spot radius and the filter's tuning are not in the paper: its "
+          "exact curves cannot be claimed, only its model, its method and what it says. Where "
+          "the paper treats porcine eyes, this treats simulated ones.",
+      .css = kCss};
+  Html body = summary(outcomes);
+  for (std::size_t i = 0; i < outcomes.size(); ++i) body += study_section(outcomes[i], drawings[i]);
+  return page(head, body);
 }
 
 }  // namespace photocoag

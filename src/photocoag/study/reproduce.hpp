@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "photocoag/page/figure.hpp"
 #include "photocoag/study/expression.hpp"
 #include "photocoag/study/run_set.hpp"
 #include "photocoag/study/study.hpp"
@@ -73,7 +74,7 @@ struct StudyFile {
 /// A figure of a study for the page, and its files.
 struct StudyDrawing {
   std::string title;
-  std::string svg;  ///< inline
+  Figure figure;
   std::string svg_file, csv_file;
 };
 

@@ -8,11 +8,9 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/report/html.hpp"
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/page.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/study/overlay.hpp"
-#include "photocoag/study/page_frame.hpp"
 
 namespace photocoag {
 namespace {
@@ -118,61 +116,45 @@ const std::vector<std::pair<std::string, std::string>>& sweep_columns() {
 void write_sweep(const std::filesystem::path& folder, const std::vector<Varied>& varied,
                  const std::vector<SweepPoint>& points, int seeds) {
   check_run_folder(folder);
-  std::string csv;
-  std::string head;
-  for (const Varied& one : varied) {
-    csv += one.key + ",";
-    fmt::format_to(Out(head), "<th>{}</th>", escape_html(one.key));
+  std::vector<std::string> keys;
+  for (const Varied& one : varied) keys.push_back(one.key);
+  Table shown{.head = keys, .rows = {}};
+  for (const auto& [measure, statistic] : sweep_columns()) {
+    keys.push_back(statistic + "_" + measure);
+    shown.head.push_back(measure + ", " + statistic);
   }
-  for (std::size_t c = 0; c < sweep_columns().size(); ++c) {
-    const auto& [measure, statistic] = sweep_columns()[c];
-    fmt::format_to(Out(csv), "{}{}_{}", c == 0 ? "" : ",", statistic, measure);
-    fmt::format_to(Out(head), "<th>{}, {}</th>", measure, statistic);
-  }
-  csv += "\n";
-  std::string body;
+  std::string csv = fmt::format("{}\n", fmt::join(keys, ","));
   std::vector<OverlayCurve> curves;
   for (const SweepPoint& point : points) {
-    body += "<tr>";
-    for (const std::string& value : point.values) {
-      csv += (value.find(',') == std::string::npos ? value : "\"" + value + "\"") + ",";
-      fmt::format_to(Out(body), "<td>{}</td>", escape_html(value));
+    auto& row = shown.rows.emplace_back(point.values);
+    std::vector<std::string> cells;
+    for (const std::string& value : point.values)
+      cells.push_back(value.find(',') == std::string::npos ? value : "\"" + value + "\"");
+    for (const auto& column : sweep_columns()) {
+      const double value = cell(point, column);
+      cells.push_back(fmt::format("{}", value));
+      row.push_back(number_text(value, unit_of(column.first)));
     }
-    for (std::size_t c = 0; c < sweep_columns().size(); ++c) {
-      const double value = cell(point, sweep_columns()[c]);
-      fmt::format_to(Out(csv), "{}{}", c == 0 ? "" : ",", value);
-      fmt::format_to(Out(body), "<td>{}</td>",
-                     number_text(value, unit_of(sweep_columns()[c].first)));
-    }
-    csv += "\n";
-    body += "</tr>\n";
+    fmt::format_to(Out(csv), "{}\n", fmt::join(cells, ","));
     curves.push_back(overlay_curve(label_of(varied, point), point.result));
   }
   const std::vector<Figure> figures = overlay_figures(curves);
-  std::string inlined;
-  for (const std::string& svg : render_figures(figures, SvgKind::kInline)) {
-    inlined += "<figure class=\"overlay\">" + svg + "</figure>\n";
-  }
-  std::string html = page_begin(
-      "Sweep", "sweep", fmt::format("{} combinations, {} noise seeds each", points.size(), seeds),
-      "Simulated eye. The table is over the seeds; the first seed is drawn.", overlay_css());
-  fmt::format_to(Out(html), "<section><h2>Overlay{}</h2>{}</section>\n",
-                 curves.size() > kMostCurves ? fmt::format(", the first {}", kMostCurves) : "",
-                 inlined);
-  fmt::format_to(Out(html),
-                 "<section><h2>Table</h2><div class=\"scroll\"><table class=\"data\"><thead><tr>{}"
-                 "</tr></thead>\n{}</table></div></section>\n",
-                 head, body);
-  fmt::format_to(Out(html),
-                 "<section><details><summary>Configuration of the first "
-                 "combination</summary><pre class=\"config\"><code>{}</code></pre></details>"
-                 "</section>\n",
-                 escape_html(to_toml(points.front().result.config)));
+  const PageHead head{
+      .title = "Sweep",
+      .kicker = "sweep",
+      .line = fmt::format("{} combinations, {} noise seeds each", points.size(), seeds),
+      .notice = "Simulated eye. The table is over the seeds; the first seed is drawn."};
+  const Html body =
+      section(curves.size() > kMostCurves ? fmt::format("Overlay, the first {}", kMostCurves)
+                                          : "Overlay",
+              stack(figures)) +
+      section("Table", table(shown, "Measures of the combinations")) +
+      element("section", unfold("Configuration of the first combination",
+                                to_toml(points.front().result.config)));
   std::filesystem::create_directories(folder);
   write_file((folder / "sweep.csv").string(), csv);
-  write_file((folder / "sweep.svg").string(),
-             render_figures(figures, SvgKind::kStandAlone).front());
-  write_file((folder / "index.html").string(), html + page_end());
+  write_file((folder / "sweep.svg").string(), figure_svg(figures.front(), SvgKind::kStandAlone));
+  write_file((folder / "index.html").string(), page(head, body));
 }
 
 }  // namespace photocoag

@@ -1,18 +1,18 @@
-// Role: offline; figures of the report and of the paper as SVG. Used by report, studies.
-// Source: the kind of figure of the paper's sections on simulation and experiments (panels over one
-// time axis). Rules: colour-blind-safe, never colour alone, red for limits and alarms only.
-// Differences: drawn by gnuplot (a child process), then rewritten: the SVG holds no id, no script,
-// no time stamp and no program version, so that the same data give the same bytes and any number of
-// figures fit on one page. Colours are classes (pc-…): one drawing serves light and dark.
-// Units: the caller's; say them in Panel::title and Figure::x_label.
+// Role: offline; figures of reports, studies and documents as SVG. Used by report, study, campaign,
+// the program. Source: the paper's figures (panels over one axis). Rules: colour-blind-safe, never
+// colour alone, red for limits and alarms only.
+// Differences: colours are classes (pc-…), so that one drawing serves light and dark; no id, no
+// time stamp, no program version: the same data give the same bytes, and any number of figures fit
+// on one page. Units: the caller's; say them in Panel::title and Figure::x_label ("time in ms").
 // Real-time promise: none. Threads: functions may be called from any thread.
 #pragma once
 
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
+
+#include "photocoag/page/isolines.hpp"
 
 namespace photocoag {
 
@@ -35,6 +35,7 @@ enum class Dash { kSolid, kDashed, kDotted, kDashDotted };
 enum class Mark {
   kLine,    ///< straight lines; a NaN in y leaves a gap
   kSteps,   ///< y[k] holds from x[k-1] to x[k] (a power applied during a cycle that ends at x[k])
+  kBars,    ///< steps that stand on the axis, filled: a histogram with edges x
   kPoints,  ///< separate dots
 };
 
@@ -64,13 +65,22 @@ struct Level {
   bool label_below = false;  ///< below the line instead of above
 };
 
+/// Where a field over x and y reaches a value: lines, the area inside, and the value at their foot.
+struct Contour {
+  std::string label = {};
+  std::vector<Isoline> lines = {};
+  Ink ink = Ink::kSeries2;
+};
+
 struct Panel {
   std::string title = {};  ///< quantity with unit, e.g. "Peak temperature rise in K"
   std::vector<Band> bands = {};
   std::vector<Series> series = {};
   std::vector<Level> levels = {};
+  std::vector<Contour> contours = {};            ///< inside the ranges of x and y
   std::optional<double> y_min = {}, y_max = {};  ///< absent: from the data in view and the levels
-  bool y_log = false;  ///< powers of ten; what is below y_min (a count of 0) is drawn at y_min
+  bool y_log = false;   ///< powers of ten; what is below y_min (a count of 0) is drawn at y_min
+  bool y_down = false;  ///< a depth: y_min is at the top
 };
 
 /// Panels above each other over one x axis.
@@ -83,29 +93,25 @@ struct Figure {
   double width = 520.0;           ///< px of the drawing; text is 12 to 13 px
   double panel_height = 240.0;    ///< px, with title, legend and tick labels
   std::size_t max_points = 2000;  ///< longer series are decimated to about this many
+  bool mirrored = false;          ///< x counts from the middle to both sides: no sign at the ticks
+  bool equal_scale = false;       ///< a unit of y is as long as one of x; panel_height follows
 };
 
 enum class SvgKind {
-  kInline,      ///< for a page that contains plot_css(SvgKind::kInline) once
+  kInline,      ///< for a page that contains figure_css(SvgKind::kInline) once
+  kPicture,     ///< the same without the data that the page's script reads
   kStandAlone,  ///< a file of its own, with colours for light and dark inside
 };
 
-struct PlotOptions {
-  std::string gnuplot = "gnuplot";  ///< program to run; a path, or searched in PATH
-};
-
-/// Draws all figures with one run of gnuplot; result k is the SVG text of figure k.
 /// Text is real text; width and height follow the container (viewBox).
-/// Throws Error: gnuplot missing (names the package), gnuplot failed, or a figure that is not valid
-/// (lengths differ, x not ascending, empty x range, not finite, a level or y_min that is not above
-/// 0 where y is logarithmic).
-std::vector<std::string> render_figures(std::span<const Figure> figures, SvgKind kind,
-                                        const PlotOptions& options = {});
+/// Throws Error: a figure that is not valid (lengths differ, x not ascending, empty x range, not
+/// finite, a level or y_min that is not above 0 where y is logarithmic).
+std::string figure_svg(const Figure& figure, SvgKind kind);
 
 /// The style that gives the drawings their colours. kInline: CSS custom properties (--series-1,
 /// --limit, --grid, …) on :root, dark by prefers-color-scheme on screens only, and the classes.
 /// kStandAlone: the same with literal colours, for viewers without custom properties.
-std::string plot_css(SvgKind kind);
+std::string figure_css(SvgKind kind);
 
 /// All data of a figure, not decimated: `panel,curve,x,y,low,high` (y for series and levels, low
 /// and high for bands; shortest text that reads back to the same number).

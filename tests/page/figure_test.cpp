@@ -1,13 +1,15 @@
 // Figures: properties of the drawing, not its look.
-#include "photocoag/report/plot.hpp"
+#include "photocoag/page/figure.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "photocoag/core/error.hpp"
-#include "run_folder.hpp"
+#include "report/run_folder.hpp"
 
 namespace photocoag {
 namespace {
@@ -42,7 +44,7 @@ Figure example() {
 }
 
 std::string render(const Figure& figure, SvgKind kind = SvgKind::kInline) {
-  return render_figures(std::span(&figure, 1), kind).at(0);
+  return figure_svg(figure, kind);
 }
 
 template <class Action>
@@ -102,12 +104,11 @@ TEST(Plot, SpikeReachesTheTopOfTheDrawing) {
   EXPECT_LT(count_of(with, "L"), 400U);
 }
 
-TEST(Plot, IsWellFormedEscapedAndWithoutPlaceholders) {
+TEST(Plot, IsWellFormedAndEscaped) {
   for (const SvgKind kind : {SvgKind::kInline, SvgKind::kStandAlone}) {
     const std::string svg = render(example(), kind);
     EXPECT_EQ(xml_problem(svg), "");
-    for (const std::string part :
-         {"rgb(", "#fa01", "#FA01", "id=", "xlink", "<script", "gnuplot", "GNUPLOT", "url("})
+    for (const std::string part : {"rgb(", " id=", "xlink", "<script", "url(", "nan", "inf"})
       EXPECT_EQ(svg.find(part), std::string::npos) << part;
     EXPECT_NE(svg.find("aria-label=\"An &lt;example&gt; &amp; more\""), std::string::npos);
     EXPECT_NE(svg.find(">limit &lt;1&gt;</text>"), std::string::npos);
@@ -122,7 +123,7 @@ TEST(Plot, IsWellFormedEscapedAndWithoutPlaceholders) {
 TEST(Plot, StyleHasEveryClassOfTheDrawing) {
   for (const SvgKind kind : {SvgKind::kInline, SvgKind::kStandAlone}) {
     const std::string svg = render(example(), SvgKind::kInline);
-    const std::string css = plot_css(kind);
+    const std::string css = figure_css(kind);
     EXPECT_NE(css.find("prefers-color-scheme:dark"), std::string::npos);
     for (std::size_t at = svg.find("class=\"pc-"); at != std::string::npos;
          at = svg.find("class=\"pc-", at + 1)) {
@@ -131,19 +132,10 @@ TEST(Plot, StyleHasEveryClassOfTheDrawing) {
       EXPECT_NE(css.find("." + name), std::string::npos) << name;
     }
   }
-  EXPECT_EQ(plot_css(SvgKind::kStandAlone).find("var("), std::string::npos);
+  EXPECT_EQ(figure_css(SvgKind::kStandAlone).find("var("), std::string::npos);
 }
 
 TEST(Plot, SameDataSameBytes) { EXPECT_EQ(render(example()), render(example())); }
-
-TEST(Plot, OneRunDrawsManyFiguresInOrder) {
-  std::vector<Figure> figures(3, example());
-  figures[1].description = "the second";
-  const auto drawn = render_figures(figures, SvgKind::kInline);
-  ASSERT_EQ(drawn.size(), 3U);
-  EXPECT_EQ(drawn[0], drawn[2]);
-  EXPECT_NE(drawn[1].find("the second"), std::string::npos);
-}
 
 TEST(Plot, StepsHoldUntilTheEndOfTheirInterval) {
   // 5 until x = 1, then 9 until x = 2: the rise is at x = 1, before the second value's x.
@@ -201,7 +193,7 @@ TEST(Plot, OnALogarithmicAxisEveryPowerOfTenIsAsHigh) {
   };
   const double decade = height(1.0, 10.0);
   EXPECT_GT(decade, 20.0);
-  // gnuplot writes px with two digits.
+  // px have two digits.
   EXPECT_NEAR(height(100.0, 1000.0), decade, 0.03);
   EXPECT_NEAR(height(1.0, 1000.0), 3.0 * decade, 0.03);
   // A count of 0 lies on the axis, half a count up.
@@ -239,16 +231,122 @@ TEST(Plot, WithoutARangeALogarithmicAxisHoldsTheValuesAboveZero) {
   EXPECT_EQ(xml_problem(render(figure)), "");
 }
 
-TEST(Plot, MissingGnuplotNamesThePackage) {
-  const Figure figure = example();
-  const auto draw = [&](const std::string& program) {
-    return message_of(
-        [&] { render_figures(std::span(&figure, 1), SvgKind::kInline, {.gnuplot = program}); });
-  };
-  EXPECT_NE(draw("no-such-program-of-that-name").find("gnuplot-nox"), std::string::npos);
-  EXPECT_NE(draw("/nowhere/gnuplot").find("gnuplot-nox"), std::string::npos);
-  EXPECT_NE(draw("false").find("ended with code 1"), std::string::npos);
-  EXPECT_NE(draw("true").find("did not draw all figures"), std::string::npos);
+// The numbers of a data-… attribute, the first of its name after `at`.
+std::vector<double> numbers(const std::string& svg, const std::string& name, std::size_t at = 0) {
+  const std::size_t begin = svg.find(" data-" + name + "=\"", at) + name.size() + 8;
+  std::istringstream text(svg.substr(begin, svg.find('"', begin) - begin));
+  std::vector<double> values;
+  for (std::string word; text >> word;) values.push_back(word == "n" ? NAN : std::stod(word));
+  return values;
+}
+
+TEST(Plot, CarriesTheNumbersOfItsCurvesAndNoneAsAFile) {
+  Figure figure{.x_label = "time in ms", .x_max = 3.0};
+  figure.panels = {
+      Panel{.bands = {{.x = {0, 1}, .low = {1, 2}, .high = {3, 4}}},
+            .series = {{.legend = "a", .x = {0, 1, 2, 3}, .y = {1.25, NAN, 2.0 / 3.0, 3}}}}};
+  const std::string svg = render(figure);
+  EXPECT_EQ(numbers(svg, "y"), (std::vector<double>{1, 2}));
+  EXPECT_EQ(numbers(svg, "z"), (std::vector<double>{3, 4}));
+  const std::size_t series = svg.find("data-n=\"a\"");
+  EXPECT_EQ(numbers(svg, "x", series), (std::vector<double>{0, 1, 2, 3}));
+  const std::vector<double> y = numbers(svg, "y", series);
+  ASSERT_EQ(y.size(), 4U);
+  EXPECT_EQ(y[0], 1.25);
+  EXPECT_TRUE(std::isnan(y[1]));
+  EXPECT_NEAR(y[2], 2.0 / 3.0, 1e-6);
+  EXPECT_EQ(render(figure, SvgKind::kPicture).find("data-y"), std::string::npos);
+  EXPECT_EQ(render(figure, SvgKind::kStandAlone).find("data-y"), std::string::npos);
+}
+
+// The points of the path after `at`.
+std::vector<std::pair<double, double>> points(const std::string& svg, std::size_t at) {
+  const std::size_t begin = svg.find(" d=\"", at) + 4;
+  std::string text = svg.substr(begin, svg.find('"', begin) - begin);
+  for (std::size_t dot; (dot = text.find("h0")) != std::string::npos;) text.erase(dot, 2);
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c >= 'A'; }, ' ');
+  std::istringstream words(text);
+  std::vector<std::pair<double, double>> all;
+  for (double x = 0.0, y = 0.0; words >> x >> y;) all.emplace_back(x, y);
+  return all;
+}
+
+// Whatever the data, nothing is drawn outside of the axes, and lines meet the edge where they cross
+// it.
+TEST(Plot, NothingLeavesThePanel) {
+  for (const Mark mark : {Mark::kLine, Mark::kSteps, Mark::kBars, Mark::kPoints}) {
+    Figure figure{.x_label = "x", .x_min = 10.0, .x_max = 20.0, .width = 258.0};
+    Series series = wave(40);
+    for (double& y : series.y) y *= 40.0;
+    series.mark = mark;
+    const Band band{.x = series.x, .low = series.y, .high = wave(40).y, .ink = Ink::kSeries4};
+    figure.panels = {Panel{.bands = {band}, .series = {series}, .y_min = 4.0, .y_max = 7.0}};
+    const std::string svg = render(figure);
+    const std::vector<double> view = numbers(svg, "view"), panel = numbers(svg, "panel");
+    for (const char* curve : {"data-m=\"band\"", "data-n=\"wave\""}) {
+      const std::size_t found = svg.find(curve);
+      const auto drawn = points(svg, svg.rfind("<path", found));
+      EXPECT_GT(drawn.size(), 4U) << curve;
+      for (const auto& [x, y] : drawn) {
+        EXPECT_TRUE(x >= view[2] - 0.01 && x <= view[3] + 0.01) << x;
+        EXPECT_TRUE(y >= panel[0] - 0.01 && y <= panel[1] + 0.01) << y;
+      }
+    }
+    if (mark != Mark::kLine) continue;
+    // 40 sin(0.01 x) is 4.0 at x = 10.017, 7.0 at x = 17.59.
+    const auto drawn = points(svg, svg.rfind("<path", svg.find("data-n=\"wave\"")));
+    const double px = (view[3] - view[2]) / 10.0;
+    EXPECT_NEAR(drawn.front().first, view[2] + 0.0167 * px, 0.05);
+    EXPECT_NEAR(drawn.front().second, panel[1], 0.02);
+    EXPECT_NEAR(drawn.back().first, view[2] + 7.591 * px, 0.05);
+    EXPECT_NEAR(drawn.back().second, panel[0], 0.02);
+  }
+}
+
+TEST(Plot, BarsStandOnTheAxisOverTheirEdges) {
+  Figure figure{.x_label = "x", .x_max = 2.0, .width = 258.0, .panel_height = 200.0};
+  figure.panels = {Panel{.series = {{.x = {0, 1, 2}, .y = {0, 5, 10}, .mark = Mark::kBars}},
+                         .y_min = 0.0,
+                         .y_max = 10.0}};
+  const std::string svg = render(figure);
+  const std::vector<double> panel = numbers(svg, "panel");
+  const double base = panel[1], top = panel[0], half = 0.5 * (base + top);
+  using Points = std::vector<std::pair<double, double>>;
+  EXPECT_EQ(points(svg, svg.find("class=\"pc-area-series-1 pc-line-series-1\"")),
+            (Points{{46, base}, {46, half}, {146, half}, {146, top}, {246, top}, {246, base}}));
+}
+
+TEST(Plot, OnEqualScalesAnIsolineOfAConeIsRound) {
+  GridField cone;
+  for (int k = -50; k <= 50; ++k) {
+    cone.x.push_back(k);
+    cone.y.push_back(k);
+  }
+  for (const double y : cone.y)
+    for (const double x : cone.x) cone.values.push_back(100.0 - std::hypot(x, y));
+  Figure figure{.x_min = -50.0, .x_max = 50.0, .mirrored = true, .equal_scale = true};
+  figure.panels = {Panel{.levels = {{.label = "surface", .y = -40.0, .label_below = true}},
+                         .contours = {{"70", isolines(cone, 70.0)}},
+                         .y_min = -50.0,
+                         .y_max = 50.0,
+                         .y_down = true}};
+  const std::string svg = render(figure);
+  const std::vector<double> view = numbers(svg, "view"), panel = numbers(svg, "panel");
+  const double px = (view[3] - view[2]) / 100.0;
+  EXPECT_NEAR(panel[1] - panel[0], 100.0 * px, 0.01);
+  const auto ring = points(svg, svg.find("class=\"pc-area-series-2"));
+  EXPECT_GT(ring.size(), 100U);
+  for (const auto& [x, y] : ring)
+    EXPECT_NEAR(std::hypot(x - view[2] - 50.0 * px, y - panel[0] - 50.0 * px), 30.0 * px, 0.05);
+  const std::string across = svg.substr(0, svg.find("data-axis=\"y\""));
+  EXPECT_NE(across.find(">20<"), std::string::npos);
+  EXPECT_EQ(across.find(">−20<"), std::string::npos) << "no sign at the ticks of a mirrored axis";
+  // A depth: -40 lies near the top.
+  EXPECT_NE(svg.find(fmt::format("y=\"{:.2f}\" text-anchor=\"end\" data-level=\"-40\">surface",
+                                 panel[0] + 10 * px + 13)),
+            std::string::npos);
+  EXPECT_EQ(svg.find("data-y"), std::string::npos) << "a field has no curve to read";
 }
 
 TEST(Plot, CsvHoldsAllDataWithFullDigits) {

@@ -1,7 +1,7 @@
 // The page's style: one column of text, figures side by side where there is room, tables that fit a
-// phone, paper in light colours with everything unfolded. Colours are the drawings' (plot_css) and
-// the few below; red is for the limit and alarms only.
-#include "photocoag/report/page.hpp"
+// phone, paper in light colours with everything unfolded. Colours are the drawings' (figure_css)
+// and the few below; red is for the limit and alarms only.
+#include "photocoag/page/page.hpp"
 
 namespace photocoag {
 
@@ -44,7 +44,7 @@ h3{font-size:.9375rem;font-weight:600;color:var(--quiet);margin-bottom:8px}
 .columns.count-2{grid-template-columns:repeat(2,minmax(0,1fr))}
 .columns.count-1 .stack{grid-template-columns:repeat(2,minmax(0,1fr))}
 .stack{display:grid;gap:22px 40px}
-.histograms{margin-top:14px}
+.hint+.columns,.hint+.stack,.hint+.scroll{margin-top:14px}
 .narrow{display:none}
 .tables{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:24px 40px}
 table{border-collapse:collapse;font-size:.9375rem;line-height:1.4}
@@ -60,10 +60,10 @@ caption{text-align:left;font-weight:600;padding-bottom:4px}
 .data{font-size:.875rem}
 .data th,.data td{border-top:1px solid var(--line);padding:4px 0 4px 18px;text-align:right;
 white-space:nowrap;font-weight:400}
-.data thead th{border-top:0;color:var(--quiet);font-size:.8125rem;line-height:1.25;
+.data thead th{white-space:pre;border-top:0;color:var(--quiet);font-size:.8125rem;line-height:1.25;
 vertical-align:bottom}
 .data tr>:first-child{padding-left:0;text-align:left}
-.data .gap td{text-align:center;color:var(--quiet);padding:0}
+.data tbody tr>:first-child{position:sticky;left:0;background:var(--paper)}
 section>p{font-size:.9375rem}
 pre{margin:0;font:.8125rem/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,"DejaVu Sans Mono",
 monospace;white-space:pre-wrap;overflow-wrap:anywhere;background:var(--panel);padding:12px 14px;
@@ -72,7 +72,7 @@ code{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,"DejaVu Sans Mono",m
 font-size:.93em}
 pre code{font-size:inherit}
 .config{white-space:pre;overflow-wrap:normal;overflow-x:auto}
-.command{margin:8px 0 12px}
+.command{margin:12px 0}
 .facts{font-size:.9375rem;margin-bottom:20px}
 .facts div{display:grid;grid-template-columns:12rem 1fr;gap:0 16px;padding:4px 0;
 border-top:1px solid var(--line)}
@@ -81,6 +81,9 @@ border-top:1px solid var(--line)}
 details{border-top:1px solid var(--line);padding:10px 0}
 summary{cursor:pointer;font-weight:600}
 details[open]>summary{margin-bottom:10px}
+.unseen{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)}
+svg[tabindex]{touch-action:pan-y;user-select:none;-webkit-user-select:none;cursor:crosshair}
+[data-key][role]{cursor:pointer}
 :focus-visible{outline:2px solid var(--series-1);outline-offset:2px}
 .hint{color:var(--quiet);font-size:.875rem;margin-top:10px}
 footer{margin-top:32px;padding-top:12px;border-top:1px solid var(--line);color:var(--quiet);
@@ -121,7 +124,7 @@ figure,.keys,.tiles,.data tr{break-inside:avoid}
 .tiles{margin-top:12pt;padding:8pt 0}
 .tiles dd{font-size:15pt}
 .data{font-size:7pt}
-.data thead th{font-size:6.5pt}
+.data thead th{white-space:pre;font-size:6.5pt}
 .data th,.data td{padding-left:7pt}
 .scroll{overflow:visible;break-inside:avoid}
 .config{white-space:pre-wrap;overflow-wrap:anywhere}

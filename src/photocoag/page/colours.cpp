@@ -1,21 +1,21 @@
-// Placeholder colours and what they become. Hues after Okabe & Ito, darkened for a light page and
+// The colours of the inks. Hues after Okabe & Ito, darkened for a light page and
 // lightened for a dark one until lines reach a contrast of 3:1 and text 4.5:1.
 #include <fmt/format.h>
 
 #include <array>
 #include <iterator>
 
-#include "photocoag/report/plot_layout.hpp"
+#include "photocoag/page/layout.hpp"
 
 namespace photocoag {
-namespace plot_detail {
+namespace figure_detail {
 namespace {
 
 struct Colour {
   std::string_view name, light, dark;
 };
 
-// First the parts, then the inks, each in the order of its enum.
+// Grid, axes and tick labels, then the inks in the order of their enum.
 constexpr std::array<Colour, 12> kColours = {{
     {"grid", "#e3e6e9", "#2b3138"},
     {"axis", "#7b858f", "#7f8a95"},
@@ -32,21 +32,9 @@ constexpr std::array<Colour, 12> kColours = {{
 }};
 constexpr std::string_view kInkLight = "#1a2026", kInkDark = "#e6eaee";
 constexpr std::string_view kPaperLight = "#ffffff", kPaperDark = "#14181c";
-constexpr int kFirstCode = 1;
 constexpr int kFirstInk = 3;
 
-std::string placeholder_of(int index) { return fmt::format("#fa01{:02x}", kFirstCode + index); }
-
 }  // namespace
-
-std::string placeholder(Part part) { return placeholder_of(static_cast<int>(part)); }
-std::string placeholder(Ink ink) { return placeholder_of(kFirstInk + static_cast<int>(ink)); }
-
-std::string_view class_of_placeholder(int code) noexcept {
-  const int index = code - kFirstCode;
-  if (index < 0 || index >= static_cast<int>(kColours.size())) return {};
-  return kColours[static_cast<std::size_t>(index)].name;
-}
 
 std::string_view class_of(Ink ink) noexcept {
   return kColours[static_cast<std::size_t>(kFirstInk + static_cast<int>(ink))].name;
@@ -92,10 +80,10 @@ constexpr std::string_view kShapes =
     "stroke-linejoin:round}\n";
 
 }  // namespace
-}  // namespace plot_detail
+}  // namespace figure_detail
 
-std::string plot_css(SvgKind kind) {
-  using namespace plot_detail;
+std::string figure_css(SvgKind kind) {
+  using namespace figure_detail;
   if (kind == SvgKind::kInline) {
     const auto variable = [](std::string_view name, std::string_view, std::string_view) {
       return fmt::format("var(--{})", name);
