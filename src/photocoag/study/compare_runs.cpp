@@ -124,11 +124,12 @@ void compare_runs(const std::vector<std::filesystem::path>& folders,
   std::vector<Loaded> runs;
   std::vector<OverlayCurve> curves;
   for (const auto& folder : folders) {
-    runs.push_back(load(folder));
-    curves.push_back({.label = runs.back().name,
-                      .loop = trajectory_of(runs.back().log),
-                      .limit_K = runs.back().summary.limit_K,
-                      .reference_K = runs.back().config.peak_reference_K});
+    const Loaded& run = runs.emplace_back(load(folder));
+    curves.push_back({.label = run.name,
+                      .loop = trajectory_of(run.log),
+                      .limit_K = run.summary.limit_K,
+                      .reference_K = run.config.peak_reference_K});
+    if (run.log.has_truth()) curves.back().absorption_true = run.config.absorption_true;
   }
   const std::vector<Figure> figures = overlay_figures(curves);
   const PageHead head{.title = "Runs compared",

@@ -1,18 +1,15 @@
 // The figures of studies.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <iterator>
+#include <utility>
 
+#include "photocoag/study/overlay.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/timing.hpp"
 
 namespace photocoag {
 namespace {
-
-constexpr std::array<Ink, 6> kInks = {Ink::kSeries1, Ink::kSeries2, Ink::kSeries3,
-                                      Ink::kSeries4, Ink::kSeries5, Ink::kSeries6};
 
 Dash dash_of(const std::string& name) {
   if (name == "dashed") return Dash::kDashed;
@@ -26,65 +23,17 @@ const RunResult* find(const std::vector<RunResult>& results, const std::string& 
   return nullptr;
 }
 
-Series series(const StudyRun& run, const std::vector<double>& x, const std::vector<double>& y,
-              bool legend, Mark mark = Mark::kLine) {
-  return {.legend = legend ? run.label : std::string(),
-          .x = x,
-          .y = y,
-          .ink = kInks[static_cast<std::size_t>(run.ink - 1)],
-          .dash = dash_of(run.dash),
-          .mark = mark};
-}
-
-// The temperature is 0 at the start: the first cycle's heating is part of the picture.
-std::vector<double> with_start(const std::vector<double>& values, double start) {
-  std::vector<double> all = {start};
-  all.insert(all.end(), values.begin(), values.end());
-  return all;
-}
-
 Figure column_figure(const StudyOutcome& outcome, const StudyColumn& column) {
-  Figure figure{.description = fmt::format("{}, {}: peak temperature, laser power and estimated "
-                                           "absorption factor over time",
-                                           outcome.study.title, column.title),
-                .x_label = "time in ms",
-                .x_min = 0.0,
-                .x_max = outcome.study.view_ms};
-  Panel peak{.title = "Peak temperature rise in K", .y_min = 0.0};
-  Panel power{.title = "Laser power in mW", .y_min = 0.0};
-  Panel alpha{.title = "Absorption factor, estimate"};
-  const RunResult* any = nullptr;
-  std::vector<double> truths;
+  std::vector<OverlayCurve> curves;
   for (const StudyRun& run : outcome.study.runs) {
     if (run.column != column.id) continue;
-    any = find(outcome.results, run.id);
-    const Trajectory& loop = any->trajectories.front();
-    peak.series.push_back(
-        series(run, with_start(loop.time_ms, 0.0), with_start(loop.peak_K, 0.0), true));
-    // From the start of the first cycle: steps hold the value of their end.
-    power.series.push_back(series(run, with_start(loop.time_ms, 0.0),
-                                  with_start(loop.power_mW, loop.power_mW.front()), false,
-                                  Mark::kSteps));
-    alpha.series.push_back(series(run, loop.time_ms, loop.absorption_factor, false));
-    const double truth = any->config.plant.absorption_factor;
-    if (std::find(truths.begin(), truths.end(), truth) == truths.end()) truths.push_back(truth);
+    curves.push_back(overlay_curve(run.label, *find(outcome.results, run.id)));
+    curves.back().ink = static_cast<Ink>(run.ink - 1);
+    curves.back().dash = dash_of(run.dash);
   }
-  if (any != nullptr) {
-    const ControlSettings& control = any->config.control;
-    peak.levels = {{.label = fmt::format("limit {:g} K", control.peak_max),
-                    .y = control.peak_max,
-                    .ink = Ink::kLimit,
-                    .dash = Dash::kSolid},
-                   {.label = fmt::format("reference {:g} K", control.peak_reference),
-                    .y = control.peak_reference,
-                    .dash = Dash::kDotted,
-                    .label_below = true}};
-    for (const double truth : truths) {
-      alpha.levels.push_back(
-          {.label = fmt::format("true {:g}", truth), .y = truth, .dash = Dash::kDotted});
-    }
-  }
-  figure.panels = {std::move(peak), std::move(power), std::move(alpha)};
+  Figure figure = overlay_figure(curves, outcome.study.view_ms);
+  figure.description =
+      fmt::format("{}, {}: {}", outcome.study.title, column.title, figure.description);
   return figure;
 }
 

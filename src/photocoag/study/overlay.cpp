@@ -11,15 +11,18 @@ namespace {
 
 constexpr double kHeatingMs = 40.0;
 
-void add_levels(Panel& panel, const std::set<double>& values, std::string_view name, Ink ink,
-                Dash dash, bool below) {
+void add_levels(Panel& panel, const std::set<double>& values, const Level& like) {
   for (const double value : values) {
-    panel.levels.push_back({.label = fmt::format("{} {:g} K", name, value),
-                            .y = value,
-                            .ink = ink,
-                            .dash = dash,
-                            .label_below = below});
+    Level& level = panel.levels.emplace_back(like);
+    level.label = fmt::format(fmt::runtime(like.label), value);
+    level.y = value;
   }
+}
+
+std::vector<double> with_start(const std::vector<double>& values, double start) {
+  std::vector<double> all = {start};
+  all.insert(all.end(), values.begin(), values.end());
+  return all;
 }
 
 }  // namespace
@@ -28,51 +31,66 @@ OverlayCurve overlay_curve(std::string label, const RunResult& result) {
   return {.label = std::move(label),
           .loop = result.trajectories.front(),
           .limit_K = result.config.control.peak_max,
-          .reference_K = result.config.control.peak_reference};
+          .reference_K = result.config.control.peak_reference,
+          .absorption_true = result.config.plant.absorption_factor};
 }
 
-std::vector<Figure> overlay_figures(const std::vector<OverlayCurve>& curves) {
+Figure overlay_figure(const std::vector<OverlayCurve>& curves, double end_ms) {
   Panel peak{.title = "Peak temperature rise in K", .y_min = 0.0};
   Panel power{.title = "Laser power in mW", .y_min = 0.0};
   Panel alpha{.title = "Absorption factor, estimate"};
-  std::set<double> limits;
-  std::set<double> references;
-  double end = 0.0;
-  for (std::size_t i = 0; i < std::min(curves.size(), kMostCurves); ++i) {
-    const Trajectory& loop = curves[i].loop;
-    const auto ink = static_cast<Ink>(i % 6);
-    const auto dash = static_cast<Dash>(i / 6);
-    const auto series = [&](const std::vector<double>& y, bool legend, Mark mark) {
-      return Series{.legend = legend ? curves[i].label : std::string(),
-                    .x = loop.time_ms,
-                    .y = y,
-                    .ink = ink,
-                    .dash = dash,
-                    .mark = mark};
-    };
-    peak.series.push_back(series(loop.peak_K, true, Mark::kLine));
-    power.series.push_back(series(loop.power_mW, false, Mark::kSteps));
-    alpha.series.push_back(series(loop.absorption_factor, false, Mark::kLine));
-    limits.insert(curves[i].limit_K);
-    references.insert(curves[i].reference_K);
-    end = std::max(end, loop.time_ms.empty() ? 0.0 : loop.time_ms.back());
+  std::set<double> limits, references, truths;
+  for (const OverlayCurve& curve : curves) {
+    const Trajectory& loop = curve.loop;
+    limits.insert(curve.limit_K);
+    references.insert(curve.reference_K);
+    if (curve.absorption_true) truths.insert(*curve.absorption_true);
+    if (loop.time_ms.empty()) continue;
+    const std::vector<double> x = with_start(loop.time_ms, 0.0);
+    Series line{.legend = curve.label,
+                .x = x,
+                .y = with_start(loop.peak_K, 0.0),
+                .ink = curve.ink,
+                .dash = curve.dash};
+    peak.series.push_back(line);
+    line.legend.clear();
+    line.y = with_start(loop.power_mW, loop.power_mW.front());
+    line.mark = Mark::kSteps;
+    power.series.push_back(line);
+    line.x = loop.time_ms;
+    line.y = loop.absorption_factor;
+    line.mark = Mark::kLine;
+    alpha.series.push_back(std::move(line));
   }
-  add_levels(peak, limits, "limit", Ink::kLimit, Dash::kSolid, false);
-  add_levels(peak, references, "reference", Ink::kNeutral, Dash::kDotted, true);
-  Figure whole{.description =
-                   "Peak temperature, laser power and estimated absorption of several "
-                   "runs over one time axis",
-               .x_label = "time in ms",
-               .x_min = 0.0,
-               .x_max = end > 0.0 ? end : 1.0,
-               .panels = {std::move(peak), std::move(power), std::move(alpha)},
-               .width = 960.0,
-               .panel_height = 260.0};
-  if (end <= 2.0 * kHeatingMs) return {std::move(whole)};
-  Figure heating = whole;
-  heating.description += ", heating phase";
-  heating.x_max = kHeatingMs;
-  return {std::move(whole), std::move(heating)};
+  add_levels(peak, limits, {.label = "limit {:g} K", .ink = Ink::kLimit, .dash = Dash::kSolid});
+  add_levels(peak, references,
+             {.label = "reference {:g} K", .dash = Dash::kDotted, .label_below = true});
+  add_levels(alpha, truths, {.label = "true {:g}", .dash = Dash::kDotted});
+  return {.description = "Peak temperature, laser power and estimated absorption factor over time",
+          .x_label = "time in ms",
+          .x_min = 0.0,
+          .x_max = end_ms,
+          .panels = {std::move(peak), std::move(power), std::move(alpha)}};
+}
+
+std::vector<Figure> overlay_figures(std::vector<OverlayCurve> curves) {
+  curves.resize(std::min(curves.size(), kMostCurves));
+  double end = 0.0;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    curves[i].ink = static_cast<Ink>(i % 6);
+    curves[i].dash = static_cast<Dash>(i / 6);
+    if (!curves[i].loop.time_ms.empty()) end = std::max(end, curves[i].loop.time_ms.back());
+  }
+  std::vector<Figure> figures = {overlay_figure(curves, end > 0.0 ? end : 1.0)};
+  if (end > 2.0 * kHeatingMs) {
+    figures.push_back(overlay_figure(curves, kHeatingMs));
+    figures.back().description += ", heating phase";
+  }
+  for (Figure& figure : figures) {
+    figure.width = 960.0;
+    figure.panel_height = 260.0;
+  }
+  return figures;
 }
 
 }  // namespace photocoag
