@@ -30,8 +30,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"osqp", {"core", "rom", "qp", "mpc"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
     {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "page", "report", "osqp"}},
-    {"campaign",
-     {"core", "tissue", "rom", "fom", "loop", "config", "run", "page", "study"}},
+    {"campaign", {"core", "tissue", "rom", "fom", "loop", "config", "run", "page", "study"}},
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.
@@ -108,6 +107,30 @@ TEST(Includes, WhatUsesEigenIncludesTheCheckOfItsLayout) {
     ++headers;
   }
   EXPECT_GT(headers, 10U);
+}
+
+// Eigen's decompositions cost seconds of compile time per file.
+TEST(Includes, OnlyLinearAlgebraCompilesEigensDecompositions) {
+  const std::regex include("(?:^|\\n)\\s*#\\s*include\\s*[<\"]((?:unsupported/)?Eigen/[^>\"]*)");
+  const std::set<std::string> light = {"Eigen/Core", "Eigen/SparseCore"};
+  bool seen = false;
+  for (const char* folder : {"src", "apps", "drivers", "examples", "tools"}) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(PHOTOCOAG_SOURCE_DIR) / folder)) {
+      if (!entry.is_regular_file()) continue;
+      std::ifstream file(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      const bool home = entry.path().filename().string().starts_with("linear_algebra");
+      for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end;
+           ++match) {
+        const bool heavy = !light.contains((*match)[1]);
+        seen = seen || (heavy && home);
+        EXPECT_TRUE(!heavy || home)
+            << entry.path() << " includes " << (*match)[1] << "; core/linear_algebra.hpp has it";
+      }
+    }
+  }
+  EXPECT_TRUE(seen) << "core/linear_algebra*.cpp have moved";
 }
 
 TEST(House, NoFindingIsSilencedInTheCode) {

@@ -1,15 +1,16 @@
 #include "photocoag/benchmark/qp_reference.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
 
 using Real = long double;
-using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
-using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+using Vector = LongVector;
+using Matrix = LongMatrix;
 
 struct ActiveSet {
   std::vector<int> free;  // inputs between their bounds
@@ -129,10 +130,7 @@ std::optional<QpReference> reference_minimizer(const QpProblem& problem, const Q
   Vector x = Vector::Zero(f + q);
   if (f + q > 0) {
     // Dependent rows: any multipliers of the right sign will do; a free choice is 0.
-    Eigen::FullPivLU<Matrix> lu(kkt);
-    lu.setThreshold(1e-15L);
-    x = lu.solve(right);
-    x += lu.solve(right - kkt * x);
+    x = solve_rank_revealing(kkt, right, 1e-15L);
   }
   Vector u = set.fixed;
   for (int r = 0; r < f; ++r) u(set.free[r]) = x(r);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -16,6 +15,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/core/sha256.hpp"
 
@@ -126,11 +126,11 @@ Eigen::MatrixXd read_correlation(const Value& root, const std::vector<CampaignIn
     if (!(std::abs(value) < 1.0)) refuse(entry.value, "correlation.value", "above -1, below 1");
     correlation(index[0], index[1]) = correlation(index[1], index[0]) = value;
   }
-  const Eigen::LLT<Eigen::MatrixXd> root_of(correlation);
-  if (root_of.info() != Eigen::Success) {
+  std::optional<Eigen::MatrixXd> factor = cholesky(correlation);
+  if (!factor) {
     refuse(root, "correlation", "correlations that are possible together (positive definite)");
   }
-  return root_of.matrixL();
+  return *std::move(factor);
 }
 
 // Streams of the random numbers of campaigns; core/random.hpp has those below 1000.

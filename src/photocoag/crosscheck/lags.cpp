@@ -1,8 +1,6 @@
 #include "photocoag/crosscheck/lags.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <string>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/crosscheck/axial.hpp"
 #include "photocoag/crosscheck/radial.hpp"
 
@@ -58,12 +57,10 @@ FewSources few_sources(const Tissue& tissue, const DepthElements& elements,
     const std::vector<double> load = elements.load(tissue, at[j]);
     loads.col(static_cast<Eigen::Index>(j)) = Eigen::Map<const Eigen::VectorXd>(load.data(), nodes);
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(loads);
-  qr.setThreshold(1e-6);
-  const Eigen::Index rank = qr.rank();
+  const Eigen::MatrixXd q = column_basis(loads, 1e-6);
+  const Eigen::Index rank = q.cols();
   FewSources few;
   few.basis.count = static_cast<std::size_t>(rank);
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(nodes, rank);
   few.share = q.transpose() * loads;
   few.basis.load.resize(static_cast<std::size_t>(nodes * rank));
   Eigen::Map<Eigen::MatrixXd>(few.basis.load.data(), rank, nodes) = q.transpose();
@@ -144,14 +141,13 @@ LagSums tissue_lags(const Tissue& tissue, std::span<const AbsorptionFactors> at,
       design(t, i) = scale[t] * gone;
     }
   }
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(design, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Svd<double> factors = large_svd(design);
   const auto fit = [&](const Eigen::MatrixXd& response) {
     const Eigen::MatrixXd right = scale.asDiagonal() * response;
-    const Eigen::VectorXd& values = svd.singularValues();
+    const Eigen::VectorXd& values = factors.values;
     const Eigen::VectorXd damped =
         values.array() / (values.array().square() + 1e-14 * values[0] * values[0]);
-    Eigen::MatrixXd weights =
-        svd.matrixV() * damped.asDiagonal() * (svd.matrixU().transpose() * right);
+    Eigen::MatrixXd weights = factors.V * damped.asDiagonal() * (factors.U.transpose() * right);
     const Eigen::MatrixXd off = design * weights - right;
     for (Eigen::Index t = 0; t < rows; ++t) {
       if (t + 1 < rows && responses.times[static_cast<std::size_t>(t)] < 0.99 * period) continue;
@@ -235,7 +231,7 @@ FewLags few_lags(const LagSums& lags, std::size_t count, Discretization scheme, 
     const Eigen::VectorXd scale = response.rowwise().mean().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * gains;
     const Eigen::MatrixXd fitted =
-        scaled.colPivHouseholderQr().solve(Eigen::MatrixXd(scale.asDiagonal() * response));
+        least_squares(scaled, Eigen::MatrixXd(scale.asDiagonal() * response));
     const Eigen::MatrixXd error = gains * fitted - response;
     double worst = 0.0;
     for (Eigen::Index j = 0; j < weights.cols(); ++j) {

@@ -1,6 +1,5 @@
 #include "photocoag/fom/full_order_model.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/tissue/beam.hpp"
 
 namespace photocoag {
@@ -52,10 +52,9 @@ Tridiagonal symmetric_operator(const VectorXd& conductance, const VectorXd& root
 }
 
 Modes modes_of(const Tridiagonal& matrix, const VectorXd& root_measure) {
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(matrix.diagonal, matrix.off_diagonal, Eigen::ComputeEigenvectors);
-  if (solver.info() != Eigen::Success) throw Error("the heat operator could not be diagonalised");
-  return {solver.eigenvalues(), solver.eigenvectors(), root_measure};
+  SymmetricEigen<double> eigen = tridiagonal_eigen(matrix.diagonal, matrix.off_diagonal);
+  if (!eigen.converged) throw Error("the heat operator could not be diagonalised");
+  return {std::move(eigen.values), std::move(eigen.vectors), root_measure};
 }
 
 Modes radial_modes(const Axis& axis, double diffusivity) {

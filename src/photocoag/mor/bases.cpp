@@ -1,14 +1,12 @@
 #include "photocoag/mor/bases.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/mor/pod.hpp"
 
 namespace photocoag {
@@ -19,8 +17,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 // The Gramians' eigenvalues fall below the rounding of doubles within the orders asked for.
 using Real = long double;
-using MatrixXl = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-using VectorXl = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
 // None of these is among the alphas on which the error is measured.
 constexpr std::array kSampledAlphas{0.29, 0.47, 0.83, 1.29, 1.72};
@@ -50,9 +46,9 @@ constexpr Real kWhiteNoise = 0.0L;  // unfiltered
 //   filtered      P_ij = (F F')_ij w (l_i + l_j + 2 w) / ((l_i + l_j) (l_i + w) (l_j + w))
 // (the state block of the Gramian with the filter's state added). Columns with the largest share
 // first.
-MatrixXl gramian_factor(const VectorXd& rates, const MatrixXd& inputs, Real bandwidth) {
-  const MatrixXl F = inputs.cast<Real>();
-  MatrixXl gramian = F * F.transpose();
+LongMatrix gramian_factor(const VectorXd& rates, const MatrixXd& inputs, Real bandwidth) {
+  const LongMatrix F = inputs.cast<Real>();
+  LongMatrix gramian = F * F.transpose();
   for (Index i = 0; i < gramian.rows(); ++i) {
     for (Index j = 0; j < gramian.cols(); ++j) {
       const Real li = rates[i];
@@ -64,22 +60,15 @@ MatrixXl gramian_factor(const VectorXd& rates, const MatrixXd& inputs, Real band
       }
     }
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXl> eigen(gramian);
-  const VectorXl roots = eigen.eigenvalues().cwiseMax(Real(0)).cwiseSqrt();
-  return (eigen.eigenvectors() * roots.asDiagonal()).rowwise().reverse();
+  const SymmetricEigen<Real> eigen = symmetric_eigen(gramian);
+  const LongVector roots = eigen.values.cwiseMax(Real(0)).cwiseSqrt();
+  return (eigen.vectors * roots.asDiagonal()).rowwise().reverse();
 }
 
 // Projection of A on span(V): Ritz values, ascending.
 VectorXd ritz_values(const VectorXd& rates, const MatrixXd& basis) {
   const MatrixXd projected = basis.transpose() * rates.asDiagonal() * basis;
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(0.5 * (projected + projected.transpose()),
-                                                 Eigen::EigenvaluesOnly)
-      .eigenvalues();
-}
-
-MatrixXd orthonormal(const MatrixXd& columns) {
-  const Eigen::HouseholderQR<MatrixXd> qr(columns);
-  return qr.householderQ() * MatrixXd::Identity(columns.rows(), columns.cols());
+  return symmetric_eigenvalues(0.5 * (projected + projected.transpose()));
 }
 
 // IRKA for the symmetric model (A, b, b'): V = span{(s_i I - A)^-1 b}, then s_i <- Ritz values.
@@ -95,7 +84,7 @@ MatrixXd irka_space(const VectorXd& rates, const VectorXd& input, int order) {
       columns.col(i) = input.array() / (shifts[i] + rates.array());
       columns.col(i).normalize();
     }
-    basis = orthonormal(columns);
+    basis = qr(columns).Q;
     const VectorXd next = ritz_values(rates, basis);
     const double change = ((next - shifts).cwiseAbs().cwiseQuotient(next)).maxCoeff();
     shifts = next;
@@ -108,7 +97,7 @@ MatrixXd irka_space(const VectorXd& rates, const VectorXd& input, int order) {
 
 MatrixXd controllability_basis(const FullOrderModel& full, const ImpulseSpace& space, int order,
                                const std::vector<double>& betas) {
-  const MatrixXl factor =
+  const LongMatrix factor =
       gramian_factor(space.rates, sampled_inputs(full, space, betas), kInputBandwidthOneSided);
   // Columns are orthogonal already; normalised they are the Gramian's leading eigenvectors.
   return factor.leftCols(order).colwise().normalized().cast<double>();
@@ -128,15 +117,14 @@ Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int 
   outputs.rightCols(1) = space.peak;
   // The observability Gramian stays unfiltered: its Lyapunov equation is what makes the truncated
   // model stable (Enns 1984).
-  const MatrixXl controllable = gramian_factor(space.rates, inputs, kInputBandwidthTwoSided);
-  const MatrixXl observable = gramian_factor(space.rates, outputs, kWhiteNoise);
+  const LongMatrix controllable = gramian_factor(space.rates, inputs, kInputBandwidthTwoSided);
+  const LongMatrix observable = gramian_factor(space.rates, outputs, kWhiteNoise);
   // Square-root method: Z_Q' Z_P = U S X'; test = Z_Q U S^(-1/2), trial = Z_P X S^(-1/2).
-  const Eigen::JacobiSVD<MatrixXl> svd(observable.transpose() * controllable,
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXl scale = svd.singularValues().head(order).cwiseSqrt().cwiseInverse();
+  const Svd<Real> hankel = square_svd(observable.transpose() * controllable);
+  const LongVector scale = hankel.values.head(order).cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) throw Error("balanced truncation: fewer states than the order");
-  const MatrixXl trial = controllable * svd.matrixV().leftCols(order) * scale.asDiagonal();
-  const MatrixXl test = observable * svd.matrixU().leftCols(order) * scale.asDiagonal();
+  const LongMatrix trial = controllable * hankel.V.leftCols(order) * scale.asDiagonal();
+  const LongMatrix test = observable * hankel.U.leftCols(order) * scale.asDiagonal();
   return {trial.cast<double>(), test.cast<double>(), false};
 }
 
@@ -149,10 +137,11 @@ MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int o
     // Weighted by the projected controllability Gramian's factor, so that the compression keeps the
     // directions that are reached, not those that are merely in every space.
     const MatrixXd projected = basis.transpose() * space.rates.asDiagonal() * basis;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(0.5 * (projected + projected.transpose()));
-    const MatrixXd rotated = basis * modes.eigenvectors();
-    const MatrixXl factor = gramian_factor(modes.eigenvalues(), rotated.transpose() * inputs.col(a),
-                                           kInputBandwidthOneSided);
+    const SymmetricEigen<double> modes =
+        symmetric_eigen(MatrixXd(0.5 * (projected + projected.transpose())));
+    const MatrixXd rotated = basis * modes.vectors;
+    const LongMatrix factor =
+        gramian_factor(modes.values, rotated.transpose() * inputs.col(a), kInputBandwidthOneSided);
     all.middleCols(a * order, order) = rotated * factor.cast<double>();
   }
   return leading_directions(all, order);

@@ -1,10 +1,7 @@
 #include "photocoag/mor/deim.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
-
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 
@@ -15,18 +12,18 @@ using Eigen::VectorXd;
 namespace {
 
 MatrixXd collateral_basis(const MatrixXd& snapshots, int max_terms) {
-  const Eigen::JacobiSVD<MatrixXd> svd(snapshots, Eigen::ComputeThinU);
-  const VectorXd& values = svd.singularValues();
+  const Svd<double> svd = left_svd(snapshots);
+  const VectorXd& values = svd.values;
   Index terms = 0;
   while (terms < std::min<Index>(max_terms, values.size()) && values[terms] > 1e-12 * values[0])
     ++terms;
   if (terms == 0) throw Error("DEIM: the snapshots are zero");
-  return svd.matrixU().leftCols(terms);
+  return svd.U.leftCols(terms);
 }
 
 MatrixXd interpolation(const MatrixXd& basis, const std::vector<Index>& dofs) {
   const MatrixXd at_dofs = basis(dofs, Eigen::all);
-  return at_dofs.transpose().partialPivLu().solve(basis.transpose()).transpose();
+  return solve_from_right(at_dofs, basis);
 }
 
 }  // namespace
@@ -41,7 +38,7 @@ Deim deim(const MatrixXd& snapshots, int max_terms) {
     if (k > 0) {
       const MatrixXd at_dofs = basis(result.dofs, Eigen::seqN(0, k));
       const VectorXd wanted = basis.col(k)(result.dofs);
-      residual -= basis.leftCols(k) * at_dofs.partialPivLu().solve(wanted);
+      residual -= basis.leftCols(k) * solve(at_dofs, wanted);
     }
     Index dof = 0;
     residual.cwiseAbs().maxCoeff(&dof);
@@ -53,11 +50,9 @@ Deim deim(const MatrixXd& snapshots, int max_terms) {
 
 Deim q_deim(const MatrixXd& snapshots, int max_terms) {
   const MatrixXd basis = collateral_basis(snapshots, max_terms);
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(basis.transpose());
   Deim result;
-  for (Index k = 0; k < basis.cols(); ++k) {
-    result.dofs.push_back(qr.colsPermutation().indices()[k]);
-  }
+  result.dofs = pivoted_columns(basis.transpose());
+  result.dofs.resize(static_cast<std::size_t>(basis.cols()));
   result.interpolation = interpolation(basis, result.dofs);
   return result;
 }

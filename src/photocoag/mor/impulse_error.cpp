@@ -1,11 +1,9 @@
 #include "photocoag/mor/impulse_error.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <array>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/mor/theta_derivatives.hpp"
 #include "photocoag/tissue/absorption_derivatives.hpp"
 
@@ -79,16 +77,14 @@ void expand_full(const FullOrderModel& full, const VectorXd& nodes, ErrorExpansi
 
 void expand_reduced(const ReducedModel& reduced, const VectorXd& nodes, ErrorExpansion& out) {
   constexpr double kWellConditioned = 1e8;
-  const Eigen::EigenSolver<MatrixXd> eigen{MatrixXd(reduced.A_d)};
-  const MatrixXcd vectors = eigen.eigenvectors();
-  const VectorXd singular = Eigen::JacobiSVD<MatrixXcd>(vectors).singularValues();
-  if (eigen.info() != Eigen::Success ||
-      singular[0] > kWellConditioned * singular[singular.size() - 1]) {
+  const GeneralEigen eigen = general_eigen(reduced.A_d);
+  const MatrixXcd& vectors = eigen.vectors;
+  const VectorXd singular = square_singular_values(vectors);
+  if (!eigen.converged || singular[0] > kWellConditioned * singular[singular.size() - 1]) {
     throw Error("no certificate: the reduced model's eigenvectors are nearly dependent");
   }
-  out.decay = eigen.eigenvalues();
-  const MatrixXcd B =
-      vectors.partialPivLu().solve(MatrixXd(reduced.B_d).cast<std::complex<double>>());
+  out.decay = eigen.values;
+  const MatrixXcd B = solve(vectors, MatrixXcd(MatrixXd(reduced.B_d).cast<std::complex<double>>()));
   const MatrixXcd C = (MatrixXd(reduced.C_volume) * vectors).transpose();  // states x terms
   const VectorXcd peak = vectors.transpose() * VectorXd(reduced.C_peak);
   const Index states = B.rows();

@@ -1,12 +1,10 @@
 #include "photocoag/mor/impulse_space.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/mor/resolvent_basis.hpp"
 
 namespace photocoag {
@@ -107,16 +105,16 @@ class Snapshots {
 ImpulseSpace diagonalised(const BasisProducts& basis) {
   // Orthonormal by the Cholesky factor of the basis' own Gram matrix (never applied to the long
   // vectors).
-  const Eigen::LLT<MatrixXd> factor(basis.gram);
-  if (factor.info() != Eigen::Success) throw Error("the snapshot basis is singular");
-  const auto lower = factor.matrixL();
-  const MatrixXd half = lower.solve(basis.rates);
-  const MatrixXd projected = lower.solve(half.transpose());
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
-  const MatrixXd rotation = diagonal.eigenvectors().transpose();
-  const MatrixXd orthonormal = factor.matrixU().solve(diagonal.eigenvectors());
-  return {diagonal.eigenvalues(), rotation * lower.solve(basis.source),
-          rotation * lower.solve(basis.peak),
+  const std::optional<MatrixXd> lower = cholesky(basis.gram);
+  if (!lower) throw Error("the snapshot basis is singular");
+  const MatrixXd half = solve_lower(*lower, basis.rates);
+  const MatrixXd projected = solve_lower(*lower, MatrixXd(half.transpose()));
+  const SymmetricEigen<double> diagonal =
+      symmetric_eigen(MatrixXd(0.5 * (projected + projected.transpose())));
+  const MatrixXd rotation = diagonal.vectors.transpose();
+  const MatrixXd orthonormal = solve_lower_transposed(*lower, diagonal.vectors);
+  return {diagonal.values, rotation * solve_lower(*lower, basis.source),
+          rotation * solve_lower(*lower, basis.peak),
           [combine = basis.combine, orthonormal](const VectorXd& state) {
             return combine(orthonormal * state);
           }};
@@ -126,8 +124,8 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<AbsorptionFactors>& absorption_factors) {
   if (!model.separable()) return diagonalised(resolvent_products(model, absorption_factors));
   const Snapshots snapshots(model, absorption_factors);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(snapshots.gram());
-  const VectorXd& values = gram.eigenvalues();
+  const SymmetricEigen<double> gram = symmetric_eigen(snapshots.gram());
+  const VectorXd& values = gram.values;
   const Index total = values.size();
   Index size = 0;
   while (size < total && values[total - 1 - size] > kNegligibleEigenvalue * values[total - 1])
@@ -136,14 +134,11 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
 
   MatrixXd coefficients(total, size);
   for (Index k = 0; k < size; ++k) {
-    coefficients.col(k) = gram.eigenvectors().col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
+    coefficients.col(k) = gram.vectors.col(total - 1 - k) / std::sqrt(values[total - 1 - k]);
   }
   // All radial parts lie in the span of the columns of Q, radial = Q R: in its coordinates a column
   // of the basis is a short matrix for each axial mode, and the basis is used up mode by mode.
-  const Eigen::HouseholderQR<MatrixXd> qr(snapshots.radial());
-  const Index rank = std::min(snapshots.radial().rows(), snapshots.radial().cols());
-  const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(snapshots.radial().rows(), rank);
-  const MatrixXd R = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  const auto [Q, R] = qr(snapshots.radial());
   const MatrixXd radial_rates = Q.transpose() * model.radial().rates.asDiagonal() * Q;
   const VectorXd beam = Q.transpose() * model.beam();
   const VectorXd peak_radial = Q.transpose() * model.peak_radial();

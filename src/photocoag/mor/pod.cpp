@@ -1,12 +1,12 @@
 #include "photocoag/mor/pod.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
@@ -61,7 +61,7 @@ MatrixXd leading_directions(const MatrixXd& snapshots, int order) {
                            .accepted = fmt::format("at most {} for this tissue",
                                                    std::min(snapshots.rows(), snapshots.cols()))});
   }
-  return Eigen::JacobiSVD<MatrixXd>(snapshots, Eigen::ComputeThinU).matrixU().leftCols(order);
+  return left_svd(snapshots).U.leftCols(order);
 }
 
 MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order,

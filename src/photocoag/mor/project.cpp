@@ -1,13 +1,11 @@
 #include "photocoag/mor/project.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
@@ -29,31 +27,32 @@ void fix_signs(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
 // V'AV is symmetric negative definite with A: its eigenvectors make it diagonal.
 MatrixXd diagonalise_symmetric(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
   const MatrixXd projected = trial.transpose() * space.rates.asDiagonal() * trial;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> diagonal(0.5 * (projected + projected.transpose()));
-  trial = trial * diagonal.eigenvectors();
+  const SymmetricEigen<double> diagonal =
+      symmetric_eigen(MatrixXd(0.5 * (projected + projected.transpose())));
+  trial = trial * diagonal.vectors;
   test = trial;
   fix_signs(space, trial, test);
-  return (-diagonal.eigenvalues()).asDiagonal();
+  return (-diagonal.values).asDiagonal();
 }
 
 MatrixXd diagonalise_general(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
   constexpr double kWellConditioned = 1e6;
   const MatrixXd projected = -(test.transpose() * space.rates.asDiagonal() * trial);
-  const Eigen::EigenSolver<MatrixXd> eigen(projected);
-  if (eigen.info() != Eigen::Success || eigen.eigenvalues().real().maxCoeff() >= 0.0) {
+  const GeneralEigen eigen = general_eigen(projected);
+  if (!eigen.converged || eigen.values.real().maxCoeff() >= 0.0) {
     throw Error("the projected model is not stable");
   }
-  if (eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 0.0) return projected;
-  const VectorXd values = eigen.eigenvalues().real();
+  if (eigen.values.imag().cwiseAbs().maxCoeff() > 0.0) return projected;
+  const VectorXd values = eigen.values.real();
   std::vector<Index> slowest_first(values.size());
   std::iota(slowest_first.begin(), slowest_first.end(), Index{0});
   std::sort(slowest_first.begin(), slowest_first.end(),
             [&values](Index i, Index j) { return values[i] > values[j]; });
-  const MatrixXd vectors = eigen.eigenvectors().real()(Eigen::all, slowest_first);
-  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>(vectors).singularValues();
+  const MatrixXd vectors = eigen.vectors.real()(Eigen::all, slowest_first);
+  const VectorXd singular = singular_values(vectors);
   if (singular[0] > kWellConditioned * singular[singular.size() - 1]) return projected;
   trial = trial * vectors;
-  test = test * vectors.inverse().transpose();
+  test = test * inverse(vectors).transpose();
   fix_signs(space, trial, test);
   return VectorXd(values(slowest_first)).asDiagonal();
 }

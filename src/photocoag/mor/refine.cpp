@@ -1,12 +1,12 @@
 #include "photocoag/mor/refine.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/mor/parameter_dependence.hpp"
 
 namespace photocoag {
@@ -250,7 +250,7 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
     MatrixXd damped = normal;
     damped.diagonal() *= 1.0 + damping;
     Parameters trial = best;
-    trial.add(-damped.ldlt().solve(gradient));
+    trial.add(-solve_symmetric(damped, gradient));
     const double trial_cost = evaluate(target, trial, gain, period, how, nullptr, nullptr);
     if (!(trial_cost < cost)) {
       damping *= 4.0;
@@ -369,7 +369,7 @@ MatrixXd fitted_trial(const FullOrderModel& full, const ImpulseSpace& space, dou
       product += weight * x * z.transpose();
     }
   }
-  return square.ldlt().solve(product.transpose()).transpose();
+  return solve_symmetric_from_right(square, product);
 }
 
 }  // namespace photocoag

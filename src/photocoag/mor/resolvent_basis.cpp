@@ -1,9 +1,9 @@
 #include "photocoag/mor/resolvent_basis.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <cmath>
 #include <memory>
+
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
@@ -55,13 +55,13 @@ class Resolvent {
 
 // Makes the columns orthonormal and drops those that are negligible beside a length of 1.
 MatrixXd orthonormal(const MatrixXd& columns) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(columns.transpose() * columns);
-  const VectorXd& values = gram.eigenvalues();
+  const SymmetricEigen<double> gram = symmetric_eigen(MatrixXd(columns.transpose() * columns));
+  const VectorXd& values = gram.values;
   Index first = 0;
   while (first < values.size() && values[first] < kNegligible * kNegligible) ++first;
   const Index size = values.size() - first;
   const VectorXd scale = values.tail(size).cwiseSqrt().cwiseInverse();
-  return columns * (gram.eigenvectors().rightCols(size) * scale.asDiagonal());
+  return columns * (gram.vectors.rightCols(size) * scale.asDiagonal());
 }
 
 // -A basis, one depth cell after the other.
@@ -89,11 +89,11 @@ MatrixXd source_basis(const FullOrderModel& model,
   for (Index a = 0; a < sources.cols(); ++a) {
     sources.col(a) = model.axial_source(absorption_factors[a]);
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(sources, Eigen::ComputeThinU);
-  const VectorXd& values = svd.singularValues();
+  const Svd<double> svd = left_svd(sources);
+  const VectorXd& values = svd.values;
   Index size = 0;
   while (size < values.size() && values[size] > kNegligibleSource * values[0]) ++size;
-  return svd.matrixU().leftCols(size);
+  return svd.U.leftCols(size);
 }
 
 MatrixXd resolvent_basis(const FullOrderModel& model,
@@ -103,8 +103,8 @@ MatrixXd resolvent_basis(const FullOrderModel& model,
   for (Index a = 0; a < sources.cols(); ++a) {
     sources.col(a) = model.axial_source(absorption_factors[a]).normalized();
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(sources, Eigen::ComputeThinU);
-  const Index directions = (svd.singularValues().array() > kNegligible).count();
+  const Svd<double> svd = left_svd(sources);
+  const Index directions = (svd.values.array() > kNegligible).count();
   const Index states = static_cast<Index>(model.states());
 
   MatrixXd basis(states, 0);
@@ -114,7 +114,7 @@ MatrixXd resolvent_basis(const FullOrderModel& model,
     const Resolvent resolvent(model, shift);
     MatrixXd block(states, directions);
     for (Index k = 0; k < directions; ++k) {
-      const MatrixXd snapshot = resolvent.solve(svd.matrixU().col(k) * svd.singularValues()[k]);
+      const MatrixXd snapshot = resolvent.solve(svd.U.col(k) * svd.values[k]);
       block.col(k) = snapshot.reshaped();
     }
     block /= block.norm();

@@ -1,11 +1,11 @@
 #include "photocoag/mpc/ocp.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 
@@ -32,7 +32,7 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
     peak_powers_.row(k) = (peak_powers_.row(k - 1) * model.A_d).eval();
   }
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(n, n) - Eigen::MatrixXd(model.A_d);
-  steady_row_ = rest.transpose().partialPivLu().solve(Eigen::VectorXd(model.C_peak));
+  steady_row_ = solve_transposed(rest, Eigen::VectorXd(model.C_peak));
   free_.setZero(inputs());
   impulse_.setZero(inputs());
   least_.setZero(inputs());

@@ -1,9 +1,10 @@
 #include "photocoag/osqp/condensed.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <exception>
+
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
@@ -12,10 +13,10 @@ constexpr double kPivot = 1e-14;  // as in DenseSolver: below, H is not definite
 
 // `least` becomes the least squared pivot if that is smaller.
 bool positive_definite(const InputMatrix& hessian, double& least) noexcept {
-  const Eigen::LLT<InputMatrix> factor(hessian);
-  if (factor.info() != Eigen::Success) return false;
+  InputVector pivots;
+  if (!cholesky_diagonal(hessian, pivots)) return false;
   for (int k = 0; k < hessian.rows(); ++k) {
-    const double pivot = factor.matrixLLT()(k, k);
+    const double pivot = pivots[k];
     if (!(pivot * pivot > kPivot * hessian(k, k))) return false;
     least = std::min(least, pivot * pivot);
   }

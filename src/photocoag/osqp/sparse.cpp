@@ -1,10 +1,9 @@
 #include "photocoag/osqp/sparse.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/qp/kkt.hpp"
 
 namespace photocoag {
@@ -45,20 +44,15 @@ Coordinates shares_of_peak(const ReducedModel& model, double power_max) {
   const Eigen::VectorXd scale = (size.array() > 0.0).select(size, 1.0);
   reached *= scale.cwiseInverse().asDiagonal();
   seen *= scale.asDiagonal();
-  const auto upper_factor = [n](const Eigen::MatrixXd& tall) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(tall);
-    return Eigen::MatrixXd(qr.matrixQR().topRows(n).triangularView<Eigen::Upper>());
-  };
-  const Eigen::MatrixXd R_reached = upper_factor(reached);
-  const Eigen::MatrixXd R_seen = upper_factor(seen);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R_seen * R_reached.transpose(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double largest = svd.singularValues().maxCoeff();
-  const Eigen::VectorXd root = svd.singularValues().cwiseMax(1e-14 * largest).cwiseSqrt();
-  Eigen::MatrixXd to = root.cwiseInverse().asDiagonal() * svd.matrixU().transpose() * R_seen *
+  const Eigen::MatrixXd R_reached = qr(reached).R;
+  const Eigen::MatrixXd R_seen = qr(seen).R;
+  const Svd<double> hankel = svd(Eigen::MatrixXd(R_seen * R_reached.transpose()));
+  const double largest = hankel.values.maxCoeff();
+  const Eigen::VectorXd root = hankel.values.cwiseMax(1e-14 * largest).cwiseSqrt();
+  Eigen::MatrixXd to = root.cwiseInverse().asDiagonal() * hankel.U.transpose() * R_seen *
                        scale.cwiseInverse().asDiagonal();
   Eigen::MatrixXd from =
-      scale.asDiagonal() * R_reached.transpose() * svd.matrixV() * root.cwiseInverse().asDiagonal();
+      scale.asDiagonal() * R_reached.transpose() * hankel.V * root.cwiseInverse().asDiagonal();
   const Eigen::VectorXd share = from.transpose() * Eigen::VectorXd(model.C_peak);
   for (Eigen::Index i = 0; i < n; ++i) {
     if (std::abs(share[i]) < 1e-12 * share.cwiseAbs().maxCoeff()) continue;  // of no effect

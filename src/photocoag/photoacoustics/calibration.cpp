@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
@@ -33,14 +33,14 @@ Fit fit(const Eigen::VectorXd& s, const Eigen::VectorXd& q, int degree) {
   Eigen::MatrixXd weighted = columns;
   for (int pass = 0; pass < 3; ++pass) {
     weighted = weights.asDiagonal() * columns;
-    result.coefficients = weighted.colPivHouseholderQr().solve(weights.cwiseProduct(q));
+    result.coefficients = least_squares(weighted, Eigen::VectorXd(weights.cwiseProduct(q)));
     weights = (columns * result.coefficients).cwiseAbs().cwiseMax(1e-300).cwiseInverse();
   }
   // Leaving a point out changes its residual e to e / (1 - h), h its leverage.
-  const Eigen::MatrixXd inverse = (weighted.transpose() * weighted).inverse();
+  const Eigen::MatrixXd spread = inverse(weighted.transpose() * weighted);
   double squares = 0.0;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const double leverage = weighted.row(i) * inverse * weighted.row(i).transpose();
+    const double leverage = weighted.row(i) * spread * weighted.row(i).transpose();
     const double residual = q[i] / columns.row(i).dot(result.coefficients) - 1.0;
     squares += std::pow(residual / (1.0 - std::min(leverage, 0.999)), 2);
   }

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/types.hpp"
 #include "photocoag/rom/discretize.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -50,11 +49,11 @@ void verify_sizes(const ReducedModel& model) {
 }
 
 double largest_real_part(const Eigen::MatrixXd& matrix) {
-  return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().real().maxCoeff();
+  return general_eigenvalues(matrix).real().maxCoeff();
 }
 
 double spectral_radius(const Eigen::MatrixXd& matrix) {
-  return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
+  return general_eigenvalues(matrix).cwiseAbs().maxCoeff();
 }
 
 // What a controller relies on, at one beta.
@@ -119,10 +118,8 @@ void verify(const ReducedModel& model) {
                      model.period * 1e3));
 
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(model.order(), model.order());
-  const Eigen::VectorXd steady_row = (I - Eigen::MatrixXd(model.A_d))
-                                         .transpose()
-                                         .partialPivLu()
-                                         .solve(Eigen::VectorXd(model.C_peak));
+  const Eigen::VectorXd steady_row =
+      solve_transposed(I - Eigen::MatrixXd(model.A_d), Eigen::VectorXd(model.C_peak));
   if (model.parameters == 1) return verify_signs(model, steady_row, 1.0);
   constexpr int kChoroids = 7;
   for (int s = 0; s < kChoroids; ++s) {

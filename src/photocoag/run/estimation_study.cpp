@@ -1,12 +1,11 @@
 #include "photocoag/run/estimation_study.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
@@ -47,14 +46,14 @@ double normalized_square(const Eigen::MatrixXd& covariance, const Eigen::VectorX
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
   if (!(sigma.array() > 0.0).all()) return std::numeric_limits<double>::quiet_NaN();
   const Eigen::VectorXd inverse = sigma.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                             inverse.asDiagonal());
-  const Eigen::VectorXd along = eigen.eigenvectors().transpose() * error.cwiseProduct(inverse);
+  const SymmetricEigen<double> eigen =
+      symmetric_eigen(Eigen::MatrixXd(inverse.asDiagonal() * covariance * inverse.asDiagonal()));
+  const Eigen::VectorXd along = eigen.vectors.transpose() * error.cwiseProduct(inverse);
   double sum = 0.0;
   int dimensions = 0;
   for (Eigen::Index i = 0; i < along.size(); ++i) {
-    if (eigen.eigenvalues()[i] < kKnown) continue;
-    sum += square(along[i]) / eigen.eigenvalues()[i];
+    if (eigen.values[i] < kKnown) continue;
+    sum += square(along[i]) / eigen.values[i];
     ++dimensions;
   }
   return sum / dimensions;

@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 
@@ -46,16 +44,16 @@ double shortfall(double rate, double pulse_period) {
 /// A real diagonalisation of A_d, or an Error.
 struct DecayingModes {
   explicit DecayingModes(const ReducedModel& model) {
-    const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
-    if (model.discretization != Discretization::kZeroOrderHold || eigen.info() != Eigen::Success ||
-        eigen.eigenvalues().imag().cwiseAbs().maxCoeff() > 1e-9) {
+    const GeneralEigen eigen = general_eigen(model.A_d);
+    if (model.discretization != Discretization::kZeroOrderHold || !eigen.converged ||
+        eigen.values.imag().cwiseAbs().maxCoeff() > 1e-9) {
       throw Error(ErrorParts{.key = "model.discretization",
                              .problem = "samples by pulses need a model that is exact in time",
                              .accepted = "zero-order-hold, and modes that decay"});
     }
-    right = eigen.eigenvectors().real();
-    left = right.inverse();
-    decay = eigen.eigenvalues().real();
+    right = eigen.vectors.real();
+    left = inverse(right);
+    decay = eigen.values.real();
   }
   Eigen::MatrixXd right;
   Eigen::MatrixXd left;
@@ -105,10 +103,7 @@ Eigen::MatrixXd terms_of(const PulseFeed& feed, const ReducedModel& model) {
     wanted[s] = feed(at);
   }
   // The smallest X of all that fit: nothing large may cancel.
-  const Eigen::VectorXd x =
-      Eigen::BDCSVD<Eigen::MatrixXd>(rows, Eigen::ComputeThinU | Eigen::ComputeThinV)
-          .setThreshold(1e-8)
-          .solve(wanted);
+  const Eigen::VectorXd x = shortest_least_squares(rows, wanted, 1e-8);
   return Eigen::Map<const Eigen::MatrixXd>(x.data(), n, terms);
 }
 

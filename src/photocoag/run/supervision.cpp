@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/qp/dense.hpp"
 #include "photocoag/safety/bands.hpp"
 #include "photocoag/tissue/thermal_dose.hpp"
@@ -46,20 +45,20 @@ SafetyLimits safety_limits(const Config& config) {
 
 WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& estimator) {
   const Eigen::Index n = model.order();
-  const Eigen::EigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(model.A_d)};
-  const double imaginary = eigen.eigenvalues().imag().cwiseAbs().maxCoeff();
-  if (eigen.info() != Eigen::Success || imaginary > 1e-9 || n > Eigen::Index{kWitnessModes}) {
+  const GeneralEigen eigen = general_eigen(model.A_d);
+  const double imaginary = eigen.values.imag().cwiseAbs().maxCoeff();
+  if (!eigen.converged || imaginary > 1e-9 || n > Eigen::Index{kWitnessModes}) {
     throw Error(ErrorParts{.key = "model.method",
                            .problem = "the supervisor needs a model whose modes decay without "
                                       "oscillating",
                            .accepted = "another method or order, or safety.supervisor = \"off\""});
   }
   // A_d = R diag(decay) R^-1: mode i gets (R^-1 B)_i u and is seen as (C R)_i.
-  const Eigen::MatrixXd right = eigen.eigenvectors().real();
-  const Eigen::PartialPivLU<Eigen::MatrixXd> left(right);
+  const Eigen::MatrixXd right = eigen.vectors.real();
+  const LuFactors left(right);
   WitnessModel witness;
   for (Eigen::Index i = 0; i < n; ++i) {
-    witness.decay[static_cast<std::size_t>(i)] = eigen.eigenvalues()[i].real();
+    witness.decay[static_cast<std::size_t>(i)] = eigen.values[i].real();
   }
   const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
   if (both) {
