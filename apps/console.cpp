@@ -29,6 +29,24 @@ void turn_into_error(int signal) noexcept {
   sigaction(signal, &action, nullptr);
 }
 
+// What a file or a caller put into a text commands no terminal: control characters (but line ends
+// and tabs) as \x and two digits.
+std::string without_controls(const std::string& text) {
+  std::string shown;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    // U+0080 to U+009F: controls of eight bits.
+    const bool eight_bits =
+        byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
+    if ((byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F || eight_bits) {
+      shown += fmt::format("\\x{:02x}", byte);
+    } else {
+      shown += text[i];
+    }
+  }
+  return shown;
+}
+
 }  // namespace
 
 void prepare_console() noexcept {
@@ -55,7 +73,8 @@ bool everything_printed() noexcept {
 
 void print_text(std::FILE* stream, fmt::string_view format, fmt::format_args values) noexcept {
   try {
-    const std::string text = fmt::vformat(format, values);
+    std::string text = fmt::vformat(format, values);
+    if (stream == stderr) text = without_controls(text);
     errno = 0;
     if (std::fwrite(text.data(), 1, text.size(), stream) != text.size()) failed();
   } catch (...) {

@@ -12,6 +12,9 @@
 namespace photocoag {
 namespace {
 
+// Back to the start of the line, which it clears.
+void start_line() { std::fputs("\r\033[K", stderr); }
+
 bool on_terminal() {
   static const bool terminal = isatty(STDERR_FILENO) == 1;
   return terminal;
@@ -23,13 +26,14 @@ void draw_progress(std::string_view label, double fraction, std::string_view det
   if (!on_terminal()) return;
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
-  say("\r\033[K{:<9} [{:<{}}] {:3.0f} %  {}", label, std::string(filled, '='), kWidth,
-      fraction * 100.0, detail);
+  start_line();
+  say("{:<9} [{:<{}}] {:3.0f} %  {}", label, std::string(filled, '='), kWidth, fraction * 100.0,
+      detail);
   std::fflush(stderr);
 }
 
 void clear_progress() {
-  if (on_terminal()) say("\r\033[K");
+  if (on_terminal()) start_line();
 }
 
 ProgressMeter::ProgressMeter(std::string label, const std::atomic<std::size_t>& done,

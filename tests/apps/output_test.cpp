@@ -47,6 +47,18 @@ TEST(Output, AFullStandardOutputIsFoundOut) {
   EXPECT_EQ(sandbox.run("config").exit_code, 0);
 }
 
+TEST(Output, NothingThatIsQuotedCommandsTheTerminal) {
+  const Sandbox sandbox;
+  const std::string clear = "\x1b[2J";
+  const std::string eight_bits = "\xc2\x9b";
+  const ProgramResult run = sandbox.run("compare '" + clear + "x" + eight_bits + "2J\xc3\xa9'");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err.find(clear), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find(eight_bits), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("\\x1b[2Jx"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("\xc3\xa9"), std::string::npos) << "letters stay";
+}
+
 TEST(Output, ATerminalThatHasGoneChangesNothingInTheRun) {
   const Sandbox sandbox;
   ASSERT_EQ(sandbox.run("simulate --out usual" + kCoarse).exit_code, 0);
