@@ -213,6 +213,15 @@ TEST(RefusedModel, WrongContentWithAFittingChecksum) {
       {"the same parameter twice", "parameters[1].name",
        [](Json& j) { j["parameters"].push_back(j["parameters"][0]); }},
       {"no parameter", "parameters", [](Json& j) { j["parameters"] = Json::array(); }},
+      {"a long story for a method", "method", [](Json& j) { j["method"] = std::string(81, 'x'); }},
+      {"states in a unit whose square no double holds", "discrete.B",
+       [](Json& j) {
+         for (const char* part : {"continuous", "discrete"}) {
+           for (Json& row : j[part]["B"]) {
+             for (Json& entry : row) entry = entry.get<double>() * 1e160;
+           }
+         }
+       }},
       {"empty range", "parameters[0].max", [](Json& j) { j["parameters"][0]["max"] = 0.3; }},
       {"range from zero", "parameters[0].max", [](Json& j) { j["parameters"][0]["min"] = 0.0; }},
       {"unknown theta", "theta.kind", [](Json& j) { j["theta"]["kind"] = "splines"; }},

@@ -1,6 +1,10 @@
 // Models whose numbers are not those of the tissue, with a checksum that fits, are refused.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 
@@ -140,6 +144,104 @@ TEST(ModelCheck, ACertificateThatClaimsTooLittleIsRefused) {
     }
   }
   EXPECT_EQ(thrown_by([&] { verify(model); }).key, "certificate.absorption_factors");
+}
+
+// A certificate whose bounds are right at both ends of every stretch that a few alphas would see,
+// or for a constant power only.
+TEST(ModelCheck, ACertificateIsHeldAgainstEveryKindOfPower) {
+  const ReducedModel good =
+      reduce(std::make_shared<const FullOrderModel>(Tissue{}, GridSettings{.min_cells = 40'000}),
+             {}, 1e-3, Discretization::kZeroOrderHold);
+  EXPECT_NO_THROW(check_model(good, Tissue{}, {}, ""));
+  ReducedModel model = good;
+  for (double& bound : model.certificate->volume.treatment_bound) bound *= 0.01;
+  EXPECT_EQ(key_of(model), "certificate.volume.treatment_bound_K_per_W");
+  model = good;
+  OutputCertificate& peak = model.certificate->peak;
+  for (std::size_t i = 12; i < 17; ++i) peak.bound[i] = peak.treatment_bound[i] = 1e-9;
+  EXPECT_EQ(key_of(model), "certificate.peak.bound_K_per_W") << "0.6 to 0.7";
+  // Above the error of a constant power, below that of on/off powers.
+  model = good;
+  for (double& scale : model.certificate->peak.scale) scale *= 0.2;
+  EXPECT_EQ(key_of(model), "certificate.peak.scale_K_per_W");
+}
+
+// The coefficients, in Chebyshev polynomials of x = (alpha - 1.1) / 0.9, of a polynomial that is
+// zero at seven alphas from 0.3 to 1.7 spread evenly in logarithm, and at most 1 between them.
+std::vector<double> hidden_polynomial() {
+  const auto value = [](double x) {
+    double product = 1.0;
+    for (int i = 0; i < 7; ++i) product *= x - (0.3 * std::pow(1.7 / 0.3, i / 6.0) - 1.1) / 0.9;
+    return product / 0.0659;
+  };
+  constexpr int kTerms = 8;
+  std::vector<double> coefficients(kTerms, 0.0);
+  for (int j = 0; j < kTerms; ++j) {
+    for (int i = 0; i < kTerms; ++i) {
+      const double angle = M_PI * (i + 0.5) / kTerms;
+      coefficients[static_cast<std::size_t>(j)] +=
+          (j == 0 ? 1.0 : 2.0) / kTerms * std::cos(j * angle) * value(std::cos(angle));
+    }
+  }
+  return coefficients;
+}
+
+TEST(ModelCheck, NoErrorHidesBetweenTheAbsorptionsThatAreCompared) {
+  const ReducedModel good =
+      reduce(coarse_full_model(), {.parameter_dependence = ParameterDependence::kChebyshev}, 1e-3,
+             Discretization::kZeroOrderHold);
+  EXPECT_NO_THROW(check_model(good, Tissue{}, {}, ""));
+  ASSERT_EQ(good.theta.terms, 8);
+  ParametricMatrices at_one;
+  good.evaluate(1.0, 1.0, at_one);
+  const std::vector<double> hidden = hidden_polynomial();
+  ReducedModel model = good;
+  model.certificate.reset();
+  for (int j = 0; j < good.theta.terms; ++j) {
+    for (Eigen::Index i = 0; i < good.order(); ++i) {
+      model.C_volume(j, i) += 0.3 * hidden[static_cast<std::size_t>(j)] * at_one.volume[i];
+    }
+  }
+  EXPECT_NO_THROW(verify(model));
+  EXPECT_EQ(key_of(model), "continuous.C_volume");
+}
+
+// Right for 100 ms, wrong later; the file says that it was measured for 100 ms.
+TEST(ModelCheck, AFileDoesNotShortenTheRunThatIsCompared) {
+  ReducedModel model = coarse_model();
+  model.certificate.reset();
+  const Eigen::EigenSolver<Eigen::MatrixXd> modes{Eigen::MatrixXd(model.A)};
+  Eigen::Index slowest = 0;
+  modes.eigenvalues().real().maxCoeff(&slowest);
+  Eigen::MatrixXcd share = Eigen::MatrixXcd::Zero(model.order(), model.order());
+  share(slowest, slowest) = 0.5 * modes.eigenvalues()[slowest];
+  model.A += (modes.eigenvectors() * share * modes.eigenvectors().inverse()).real();
+  model.discretize(model.period, model.discretization);
+  EXPECT_NO_THROW(verify(model));
+  model.error.duration = 0.1;
+  EXPECT_EQ(key_of(model), "continuous.C_volume");
+}
+
+// Nothing but the cache's own files: a pipe is not waited for, a link's target stays as it is.
+TEST(ModelCheck, APipeOrALinkInTheCacheIsReplaced) {
+  const TemporaryFolder folder;
+  setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
+  const Config config = load_config("", {"grid.min_cells=2000", "control.period_ms=4"});
+  const std::string right = to_json(ModelStore(config, true).reduced());
+  const std::string file = std::filesystem::directory_iterator(cache_folder())->path().string();
+  const std::string precious = (folder.path() / "precious").string();
+  write_file(precious, "mine");
+  for (const bool pipe : {true, false}) {
+    std::filesystem::remove(file);
+    if (pipe) {
+      ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+    } else {
+      std::filesystem::create_symlink(precious, file);
+    }
+    EXPECT_EQ(to_json(ModelStore(config, true).reduced()), right);
+    EXPECT_EQ(read_file(file, 1 << 20), right);
+  }
+  EXPECT_EQ(read_file(precious, 100), "mine");
 }
 
 // The cache is a folder that anybody may write to who may run the program.

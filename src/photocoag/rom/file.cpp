@@ -139,11 +139,19 @@ Json parameters_to_json(const ReducedModel& model) {
   return list;
 }
 
+// What was done, in a few words: goes into lines that are printed.
+std::string read_label(const JsonReader& json) {
+  constexpr std::size_t kLongest = 80;
+  std::string label = json.text();
+  json.expect(label.size() <= kLongest, fmt::format("at most {} characters", kLongest));
+  return label;
+}
+
 ReducedModel read_model(const JsonReader& json) {
   ReducedModel model;
-  model.method = json["method"].text();
+  model.method = read_label(json["method"]);
   // Files made before there was any do not name it.
-  if (json.has("refinement")) model.refinement = json["refinement"].text();
+  if (json.has("refinement")) model.refinement = read_label(json["refinement"]);
   const std::vector<JsonReader> parameters = json["parameters"].list(2);
   json["parameters"].expect(parameters.size() == 1 || parameters.size() == 2,
                             "\"alpha\", or \"alpha\" and \"beta\"");
@@ -155,7 +163,7 @@ ReducedModel read_model(const JsonReader& json) {
   model.theta = read_theta(json["theta"], model.parameters);
   // Files made before there was a choice do not name it.
   model.parameter_dependence = json.has("parameter_dependence")
-                                   ? json["parameter_dependence"].text()
+                                   ? read_label(json["parameter_dependence"])
                                    : std::string(to_string(model.theta.kind));
   model.volume_normalized = json["volume_normalized"].boolean();
   model.whole = read_absorbed(json["absorbed_fraction"], model.parameters);

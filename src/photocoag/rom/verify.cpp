@@ -12,6 +12,7 @@ namespace {
 
 /// Of a certificate: with fewer it has lost what lies between them.
 constexpr std::size_t kLeastNodes = 9;
+constexpr double kLargestScale = 1e100;
 
 void demand(bool ok, std::string_view key, std::string_view found, std::string_view accepted) {
   if (ok) return;
@@ -46,6 +47,11 @@ void verify_sizes(const ReducedModel& model) {
   const bool finite = model.A.allFinite() && model.B.allFinite() && model.C_volume.allFinite() &&
                       model.C_peak.allFinite() && model.A_d.allFinite() && model.B_d.allFinite();
   demand(finite, "matrices", "an entry that is not finite", "finite entries");
+  // The state's unit is free; a covariance has to hold its square.
+  const double scale = model.B_d.norm();
+  demand(scale > 1.0 / kLargestScale && scale < kLargestScale, "discrete.B",
+         fmt::format("states of some {:.3g} per watt", scale),
+         fmt::format("from {:g} to {:g}", 1.0 / kLargestScale, kLargestScale));
 }
 
 double largest_real_part(const Eigen::MatrixXd& matrix) {

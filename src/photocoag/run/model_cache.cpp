@@ -79,6 +79,11 @@ void write_cached(const std::string& path, const ReducedModel& model) {
   if (path.empty()) return;
   try {
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    // A link or a pipe with that name is nobody's wish: the place is the cache's own.
+    const std::filesystem::file_status there = std::filesystem::symlink_status(path);
+    if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
+      std::filesystem::remove(path);
+    }
     save_reduced_model(model, path);
   } catch (const std::exception&) {
     // A cache that cannot be written costs half a second at the next start, nothing else.
