@@ -137,6 +137,25 @@ TEST(PulsedEye, InTheDarkASingleLaserIsSilent) {
   }
 }
 
+// Below 0.05 uJ the thermometer leaves a pulse out; the second laser's does for it.
+TEST(PulsedEye, APulseTooWeakToMeasureByIsProbed) {
+  const ThermometerSettings thermometer;
+  for (const double power : {1e-12, 1e-6, 4e-4, 6e-4, 2e-3}) {
+    for (const bool silent : {false, true}) {
+      Bench bench({.dark_is_silent = silent});
+      bench.begin();
+      const PulseRecord record = bench.period(power).back();
+      EXPECT_EQ(record.power_readback, power) << "what heats";
+      const double own = power * 1e-9 * kPulseNs;
+      if (silent || power == 2e-3) {
+        EXPECT_NEAR(record.reading.energy, own, 0.1 * own);
+      } else {
+        EXPECT_GT(record.reading.energy, 10 * thermometer.energy_min) << power;
+      }
+    }
+  }
+}
+
 TEST(PulsedEye, NothingIsAllocatedPerPulse) {
   Bench bench;
   bench.write(0.03);

@@ -79,14 +79,13 @@ void PulsedEye::fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders&
 
 void PulsedEye::answer(std::uint64_t number, double energy, PulseRecord& record) noexcept {
   PulseReading& reading = record.reading;
-  if (energy == 0.0) {
-    if (settings_.dark_is_silent && treating_) {
-      record.flags |= kEyeSilent;
-      reading = {};
-      return;
-    }
-    energy = settings_.probe_energy;
+  const bool one_laser = settings_.dark_is_silent && treating_;
+  if (energy == 0.0 && one_laser) {
+    record.flags |= kEyeSilent;
+    reading = {};
+    return;
   }
+  if (energy < settings_.probe_below && !one_laser) energy = settings_.probe_energy;
   double signal = tissue_.signal();
   const double celsius = ambient_ + tissue_.before().volume;
   if (const ScriptedFault* spike = active(EyeFault::kSpike)) {

@@ -19,7 +19,8 @@ struct PulsedEyeSettings {
   double noise = 0.91;         ///< K per pulse
   PulseNoise noise_kind = PulseNoise::kTemperature;
   bool dark_is_silent = false;                  ///< in a treatment, 0 W gives no transient
-  double probe_energy = kNoiseReferenceEnergy;  ///< J, of a pulse at 0 W; its heat is not counted
+  double probe_energy = kNoiseReferenceEnergy;  ///< J, of the second laser; its heat is not counted
+  double probe_below = 0.1e-6;                  ///< J: weaker pulses are probed, as those of 0 W
   double energy_fluctuation = 0.01;             ///< relative, of each pulse
   double energy_meter = 0.002;                  ///< relative error of the meter
   double arrival_jitter = 1.5;                  ///< converter samples
