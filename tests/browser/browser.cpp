@@ -26,8 +26,8 @@ constexpr int kPatienceMs = 120'000;  // of one answer; a loaded machine starts 
   dup2(nothing, 1);
   dup2(nothing, 2);
   execl(program.c_str(), program.c_str(), "--headless", "--no-sandbox", "--disable-gpu",
-        "--no-first-run", "--hide-scrollbars", ("--user-data-dir=" + profile).c_str(),
-        "--remote-debugging-pipe", "about:blank", nullptr);
+        "--disable-dev-shm-usage", "--no-first-run", "--hide-scrollbars",
+        ("--user-data-dir=" + profile).c_str(), "--remote-debugging-pipe", "about:blank", nullptr);
   _exit(127);
 }
 

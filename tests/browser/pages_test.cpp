@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <stdexcept>
 
 #include "browser/browser.hpp"
 #include "photocoag/report/report.hpp"
@@ -17,7 +18,11 @@ class Pages : public ::testing::Test {
     if (chromium().empty()) GTEST_SKIP() << "there is no Chromium (Debian: chromium)";
     run_.write();
     write_report(run_.path);
-    browser_ = std::make_unique<Browser>(run_.path);
+    try {
+      browser_ = std::make_unique<Browser>(run_.path);
+    } catch (const std::runtime_error& error) {
+      GTEST_SKIP() << chromium() << " does not start here: " << error.what();
+    }
   }
   void TearDown() override {
     if (browser_ && !expects_complaints_)

@@ -341,7 +341,9 @@ TEST(Plot, OnEqualScalesAnIsolineOfAConeIsRound) {
     EXPECT_NEAR(std::hypot(x - view[2] - 50.0 * px, y - panel[0] - 50.0 * px), 30.0 * px, 0.05);
   const std::string across = svg.substr(0, svg.find("data-axis=\"y\""));
   EXPECT_NE(across.find(">20<"), std::string::npos);
-  EXPECT_EQ(across.find(">−20<"), std::string::npos) << "no sign at the ticks of a mirrored axis";
+  for (const char* sign : {">-20<", ">−20<"})
+    EXPECT_EQ(across.find(sign), std::string::npos) << "no sign at the ticks of a mirrored axis";
+  EXPECT_NE(svg.find(">−20<"), std::string::npos) << "a true minus at the other";
   // A depth: -40 lies near the top.
   EXPECT_NE(svg.find(fmt::format("y=\"{:.2f}\" text-anchor=\"end\" data-level=\"-40\">surface",
                                  panel[0] + 10 * px + 13)),

@@ -63,6 +63,16 @@ std::string figure_csv(const Figure& figure) {
   return csv;
 }
 
+bool has_values(const std::vector<double>& values) noexcept {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+std::vector<double> with_start(const std::vector<double>& values, double start) {
+  std::vector<double> all = {start};
+  all.insert(all.end(), values.begin(), values.end());
+  return all;
+}
+
 Series decimate(const Series& series, std::size_t max_points) {
   const std::size_t count = series.x.size();
   if (count <= max_points || count < 3) return series;

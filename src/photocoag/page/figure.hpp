@@ -117,6 +117,12 @@ std::string figure_css(SvgKind kind);
 /// and high for bands; shortest text that reads back to the same number).
 std::string figure_csv(const Figure& figure);
 
+/// Is there a number among them?
+bool has_values(const std::vector<double>& values) noexcept;
+
+/// `start`, then the values: what holds or is there before the first cycle ends.
+std::vector<double> with_start(const std::vector<double>& values, double start);
+
 /// At most about `max_points` points of a series that show the same line: of each bin of neighbours
 /// the lowest, the highest and a gap if there is one, in their order; first and last point kept.
 /// No extreme value is lost: a spike of one sample stays. Shorter series come back unchanged.

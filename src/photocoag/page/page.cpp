@@ -42,8 +42,10 @@ std::string page(const PageHead& head, const Html& body) {
   if (!head.notice.empty()) notice += " " + head.notice;
   return (head_element(head) +
           element("main",
-                  {element("header", {element("p.kicker", fmt::format("photocoag {} · {}", version(), head.kicker)), element("h1", headline),
-                                      element("p.run", head.line), element("p.notice", notice)}),
+                  {element("header", {element("p.kicker", fmt::format("photocoag {} · {}",
+                                                                      version(), head.kicker)),
+                                      element("h1", headline), element("p.run", head.line),
+                                      element("p.notice", notice)}),
                    body, element("footer", element("p", kResearchNotice))}) +
           Html::raw(fmt::format("<script>{}</script>\n</body>\n</html>\n", page_script())))
       .str();

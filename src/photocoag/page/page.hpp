@@ -14,9 +14,9 @@ namespace photocoag {
 
 /// The top of a page, from the small line above the headline downwards.
 struct PageHead {
-  std::string title = {};  ///< of the window; "photocoag" follows
+  std::string title = {};   ///< of the window; "photocoag" follows
   std::string kicker = {};  ///< small, after program and version
-  Html headline = {};  ///< empty: the title
+  Html headline = {};       ///< empty: the title
   Html line = {};
   std::string notice = {};    ///< after the research notice
   std::string_view css = {};  ///< of this page alone

@@ -135,10 +135,6 @@ class Data {
   std::vector<double> x_;
 };
 
-bool has_values(const std::vector<double>& y) {
-  return std::any_of(y.begin(), y.end(), [](double value) { return std::isfinite(value); });
-}
-
 std::string level_data(const Level& level) { return fmt::format(" data-level=\"{}\"", level.y); }
 
 void level_line(std::string& svg, const Place& place, const Level& level) {

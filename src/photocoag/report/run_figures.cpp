@@ -14,10 +14,6 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return result;
 }
 
-bool has_values(const std::vector<double>& values) {
-  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
 void add(Panel& panel, Series series) {
   if (has_values(series.y)) panel.series.push_back(std::move(series));
 }
@@ -83,13 +79,6 @@ Panel volume_panel(const RunLog& log, const std::vector<double>& time_ms, const 
               .dash = Dash::kDashed});
   start_at_zero(panel);
   return panel;
-}
-
-// Steps: the first power holds from the start of the first cycle.
-std::vector<double> with_start(const std::vector<double>& values, double start) {
-  std::vector<double> result = {start};
-  result.insert(result.end(), values.begin(), values.end());
-  return result;
 }
 
 Panel power_panel(const RunLog& log, const RunConfig& config, const std::vector<double>& time_ms) {

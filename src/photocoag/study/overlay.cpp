@@ -19,12 +19,6 @@ void add_levels(Panel& panel, const std::set<double>& values, const Level& like)
   }
 }
 
-std::vector<double> with_start(const std::vector<double>& values, double start) {
-  std::vector<double> all = {start};
-  all.insert(all.end(), values.begin(), values.end());
-  return all;
-}
-
 }  // namespace
 
 OverlayCurve overlay_curve(std::string label, const RunResult& result) {
