@@ -48,6 +48,38 @@ TEST(Replay, PowersAreTheSameToTheLastBit) {
   }
 }
 
+// The first power that is applied is the second row's, and the last one that is written is nowhere.
+TEST(Replay, WithADelayToo) {
+  const TemporaryFolder folder;
+  for (const std::string extra : {"control.period_ms=1", "estimator.kind=mhe"}) {
+    std::vector<std::string> overrides = kSmall;
+    for (const std::string& key : {std::string("control.delay_cycles=1"), extra}) {
+      overrides.push_back(key);
+    }
+    const std::filesystem::path run = folder.path() / extra;
+    const Treatment treatment = record(run, overrides);
+    const ReplayOutcome outcome = replay_run(run, false);
+    EXPECT_TRUE(outcome.same()) << extra << ", cycle " << outcome.differs_at;
+    EXPECT_EQ(outcome.compared, treatment.records.size() - 1);
+  }
+}
+
+#if PHOTOCOAG_HAS_OSQP
+TEST(Replay, WithTheRunsOwnSolver) {
+  const TemporaryFolder folder;
+  for (const std::string solver : {"osqp", "osqp-condensed"}) {
+    std::vector<std::string> overrides = kSmall;
+    for (const std::string& key : {"control.solver=" + solver, std::string("control.horizon=20")}) {
+      overrides.push_back(key);
+    }
+    const std::filesystem::path run = folder.path() / solver;
+    record(run, overrides);
+    const ReplayOutcome outcome = replay_run(run, false);
+    EXPECT_TRUE(outcome.same()) << solver << ", cycle " << outcome.differs_at;
+  }
+}
+#endif
+
 TEST(Replay, TwoUnknownsToo) {
   const TemporaryFolder folder;
   const std::filesystem::path run = folder.path() / "two";

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,7 +15,7 @@ namespace photocoag {
 
 /// One period as it was delivered, and the power written before it.
 struct ReplayCycle {
-  double written = 0.0;  ///< W, for this period
+  double written = 0.0;  ///< W, for this period; NaN if not known
   DeviceSample sample;
   Readback readback;
 };
@@ -35,7 +36,7 @@ class ReplayDevice {
   DeviceStatus write_power(double power, std::uint64_t) noexcept {
     const std::size_t next = started_ ? now_ + 1 : 0;
     started_ = true;
-    if (next < cycles_.size()) {
+    if (next < cycles_.size() && !std::isnan(cycles_[next].written)) {
       ++compared_;
       const bool same = std::bit_cast<std::uint64_t>(power) ==
                         std::bit_cast<std::uint64_t>(cycles_[next].written);

@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <limits>
 #include <span>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
+#if PHOTOCOAG_HAS_OSQP
+#include "photocoag/osqp/sparse.hpp"
+#endif
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/pulse_model.hpp"
@@ -15,10 +20,10 @@
 namespace photocoag {
 namespace {
 
-template <Supervision S>
-ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& model,
-                      std::span<const ReplayCycle> cycles) {
-  Controller controller(model, config.control, config.estimator);
+template <PredictiveController M, Supervision S>
+ReplayOutcome compare_with(S supervisor, const Config& config, const ReducedModel& model,
+                           std::span<const ReplayCycle> cycles) {
+  BasicController<M> controller(model, config.control, config.estimator);
   ReplayDevice device(cycles);
   std::vector<CycleRecord> records(cycles.size());
   std::atomic<std::size_t> progress{0};
@@ -27,9 +32,29 @@ ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& mo
           .differs_at = std::min(device.differs_at(), device.compared())};
 }
 
+template <Supervision S>
+ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& model,
+                      std::span<const ReplayCycle> cycles) {
+#if PHOTOCOAG_HAS_OSQP
+  if (config.control.solver == SolverKind::kOsqp) {
+    return compare_with<SparseOsqpController>(supervisor, config, model, cycles);
+  }
+  if (config.control.solver == SolverKind::kOsqpCondensed) {
+    return compare_with<CondensedOsqpController>(supervisor, config, model, cycles);
+  }
+#endif
+  if (config.control.solver != SolverKind::kDense) {
+    throw Error({.key = "control.solver",
+                 .problem = "this build has no OSQP",
+                 .found = "a run with a solver that needs it",
+                 .accepted = "dense"});
+  }
+  return compare_with<ModelPredictiveController<DenseSolver>>(supervisor, config, model, cycles);
+}
+
 }  // namespace
 
-std::vector<ReplayCycle> replay_of(const RunCsv& run, double period) {
+std::vector<ReplayCycle> replay_of(const RunCsv& run, double period, int delay) {
   if (run.cycles.empty()) return {};
   for (const char* column : {"power_W", "volume_measured_K", "overrun", "solver_status"}) {
     run.require(column);
@@ -39,7 +64,11 @@ std::vector<ReplayCycle> replay_of(const RunCsv& run, double period) {
   std::vector<ReplayCycle> cycles;
   for (const LogRecord& record : run.cycles) {
     ReplayCycle cycle;
-    cycle.written = commanded ? record.authorization.power : record.power;
+    // Without commands the file says what was applied: what was written `delay` periods before.
+    const std::size_t shown = cycles.size() + static_cast<std::size_t>(commanded ? 0 : delay);
+    cycle.written = commanded                   ? record.authorization.power
+                    : shown < run.cycles.size() ? run.cycles[shown].power
+                                                : std::numeric_limits<double>::quiet_NaN();
     cycle.readback.power = record.power;
     cycle.readback.command = record.device_command;
     const auto end = static_cast<std::int64_t>(cycles.size() + 1);
@@ -65,7 +94,7 @@ std::vector<ReplayCycle> replay_of(const RunCsv& run, double period) {
 ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const Config asked = load_config((folder / "config.toml").string(), {});
   const RunCsv run = read_run_csv(folder / "run.csv");
-  const std::vector<ReplayCycle> cycles = replay_of(run, asked.control.period);
+  const std::vector<ReplayCycle> cycles = replay_of(run, asked.control.period, asked.control.delay);
   ModelStore models(asked, use_cache);
   // What the run's controller was told: its margin is found again.
   const Config config = told_to_controller(asked, models.reduced());

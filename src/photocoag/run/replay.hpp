@@ -12,9 +12,10 @@
 
 namespace photocoag {
 
-/// The periods of a run as the device delivered them. Throws Error if a column is missing.
-/// What run.csv does not hold (converter codes, switches) is taken as healthy.
-std::vector<ReplayCycle> replay_of(const RunCsv& run, double period);
+/// The periods of a run as the device delivered them, its commands `delay` periods late. Throws
+/// Error if a column is missing. What run.csv does not hold (converter codes, switches) is taken as
+/// healthy; a power that was written and never applied is NaN.
+std::vector<ReplayCycle> replay_of(const RunCsv& run, double period, int delay = 0);
 
 struct ReplayOutcome {
   std::size_t compared = 0;    ///< powers
