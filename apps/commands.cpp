@@ -145,7 +145,8 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   if (!treatment.log.trouble.empty()) {
     say("ALARM     the log is not complete: {}\n", treatment.log.trouble);
   }
-  say("report    {}\n", (folder / "report.html").string());
+  const std::filesystem::path report = folder / "report.html";
+  if (std::filesystem::exists(report)) say("report    {}\n", report.string());
 }
 
 void print_margin(const TissueMargin& margin, const Config& controlled) {

@@ -195,6 +195,7 @@ TEST_F(CampaignTest, DeclaredUncertaintyBacksOffTheControllerNotTheOutcome) {
 }
 
 TEST_F(CampaignTest, RefusesWhatItCannotDo) {
+  EXPECT_THROW(campaign(10'000'001), Error);
   const auto with = [](const std::string& key) {
     return "[[input]]\nkey = \"" + key + "\"\ndistribution = \"uniform\"\nlow = 1\nhigh = 2\n";
   };

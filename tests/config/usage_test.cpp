@@ -62,6 +62,8 @@ TEST(Usage, KeysThatAnotherOneSwitchesOffAreSaidWithIt) {
       {"run.hold_ms=50", "run.goal=hold"},
       {"run.dose=2", "run.goal=dose"},
       {"safety.energy_max_mJ=100", "safety.supervisor=on"},
+      {"safety.power_accuracy_relative=0.1", "safety.supervisor=on"},
+      {"safety.sample_gain_accuracy_relative=0.1", "safety.supervisor=on"},
       {"model.choroid_max=3", "tissue.layers.choroid.scaled_by=beta"},
       {"estimator.choroid_max=3", "estimator.unknowns=rpe-and-choroid"}};
   for (const auto& [key, on] : pairs) {

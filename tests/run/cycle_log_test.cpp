@@ -61,6 +61,9 @@ TEST(CycleLog, MakesTheRunFolderAgain) {
   std::ifstream csv(folder.path() / "run.csv");
   const std::string text{std::istreambuf_iterator<char>(csv), {}};
   EXPECT_EQ(text, run_csv(treatment));
+  std::ifstream summary(folder.path() / "summary.json");
+  const std::string numbers{std::istreambuf_iterator<char>(summary), {}};
+  EXPECT_NE(numbers.find("\"loop_wall_s\": null"), std::string::npos) << "a log does not tell";
   EXPECT_THROW(recover_run(folder.path()), Error) << "a complete run is not written over";
   std::filesystem::remove(folder.path() / "run.csv");
   std::ofstream(folder.path() / "config.toml") << to_toml(shipped("paper-1khz.toml"));

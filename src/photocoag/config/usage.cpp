@@ -93,7 +93,8 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
     return "estimator.unknowns = \"rpe\"";
   }
   if (is({"safety.power_rise_max_W", "safety.energy_max_mJ", "safety.exposure_max_ms",
-          "safety.thermal_dose_max"}) &&
+          "safety.thermal_dose_max", "safety.power_accuracy_relative",
+          "safety.sample_gain_accuracy_relative"}) &&
       !c.safety.supervised) {
     return "safety.supervisor = \"off\"";
   }

@@ -169,7 +169,8 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
       {"config_sha256", config_sha256(config)},
       {"version", version()},
       {"source_hash", source_hash()},
-      {"loop_wall_s", treatment.wall_seconds},
+      // A log does not tell.
+      {"loop_wall_s", treatment.wall_seconds > 0.0 ? Json(treatment.wall_seconds) : Json()},
   };
   if (numbers.choroid_error_final) summary["choroid_error_final"] = *numbers.choroid_error_final;
   if (config.run.goal != Goal::kDuration) {
