@@ -215,7 +215,7 @@ TEST(DeviceCommand, WhatIsOnItsWayIsInTheGatesPrediction) {
 // The same with the witness alone: what the gate would do if it forgot what is on its way.
 TEST(DeviceCommand, ForgettingWhatIsOnItsWayWouldOverheat) {
   const auto highest = [](bool awaits) {
-    Witness witness(witness_model(model_1khz()), 0.288, 0.01);
+    Witness witness(witness_for(model_1khz()), 0.288, 0.01);
     ReducedPlant eye(model_1khz(), 1.7);
     double coming = 0.1;
     double emitted = 0.0;

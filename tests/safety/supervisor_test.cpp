@@ -53,7 +53,7 @@ struct Bench {
 };
 
 TEST(SupervisorStates, OnlyTreatingEmits) {
-  const WitnessModel witness = witness_model(model_1khz());
+  const WitnessModel witness = witness_for(model_1khz());
   Supervisor s(SafetyLimits{}, witness);
   const ControllerReport wants{.command = 0.02, .absorption = 1.0};
   EXPECT_EQ(s.authorize(wants).power, 0.0) << "OFF";
@@ -74,7 +74,7 @@ TEST(SupervisorStates, OnlyTreatingEmits) {
 }
 
 TEST(SupervisorStates, EveryPartOfTheSelfTestCanRefuse) {
-  const WitnessModel witness = witness_model(model_1khz());
+  const WitnessModel witness = witness_for(model_1khz());
   const auto passes = [&](auto spoil) {
     Supervisor s(SafetyLimits{}, witness);
     s.power_on();
@@ -135,7 +135,7 @@ TEST(SupervisorStates, ReleasedFootSwitchIsStandby) {
 
 TEST(SupervisorGate, AMillionWildCyclesWriteNothingBad) {
   // Any bit pattern in every number that comes from outside; restarted whenever it has stopped.
-  const WitnessModel witness = witness_model(model_1khz());
+  const WitnessModel witness = witness_for(model_1khz());
   SafetyLimits limits;
   limits.power_rise_max = 0.03;
   Draw draw(7);

@@ -1,6 +1,7 @@
 // Role: tests of safety and loop; supervisors ready to treat.
 #pragma once
 
+#include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/run/supervision.hpp"
 
 namespace photocoag::testing {
@@ -16,10 +17,16 @@ inline SelfTestReport good_self_test() {
           .log_has_room = true};
 }
 
+/// The witness of a model's tissue and time scheme.
+inline WitnessModel witness_for(const ReducedModel& model,
+                                const EstimatorSettings& estimator = {}) {
+  return witness_model(model.tissue, estimator, model.period, model.discretization);
+}
+
 inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits limits = {}) {
   limits.period = model.period;
-  Supervisor supervisor(limits, witness_model(model, {.absorption_min = limits.absorption_min,
-                                             .absorption_max = limits.absorption_max}));
+  Supervisor supervisor(limits, witness_for(model, {.absorption_min = limits.absorption_min,
+                                                    .absorption_max = limits.absorption_max}));
   supervisor.power_on();
   supervisor.finish_self_test(good_self_test());
   supervisor.ready();

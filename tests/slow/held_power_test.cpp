@@ -45,7 +45,7 @@ struct Rate {
   explicit Rate(double period_ms)
       : config(load_config("", {fmt::format("control.period_ms={}", period_ms)})),
         models(config, true),
-        witness(witness_model(models.reduced(), config.estimator)) {}
+        witness(witness_model(config)) {}
 };
 
 struct Peaks {

@@ -22,6 +22,11 @@ SafetyLimits device_limits(const Config& config) {
   return limits;
 }
 
+WitnessModel device_witness(const Config& config, int pulses) {
+  return witness_model(config.tissue, config.estimator, config.control.period,
+                       Discretization::kZeroOrderHold, config.control.power_max, pulses);
+}
+
 int pulses_per_period(const Config& config) {
   const double ratio = config.control.period / config.photoacoustics.pulse_period;
   const double whole = std::round(ratio);

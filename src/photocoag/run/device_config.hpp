@@ -6,6 +6,7 @@
 #include "photocoag/photoacoustics/curve.hpp"
 #include "photocoag/run/device_address.hpp"
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
@@ -22,6 +23,10 @@ inline constexpr double kEyeStall = 0.5;
 
 /// The supervisor's limits on a device.
 SafetyLimits device_limits(const Config& config);
+
+/// The witness on a device, which is exact in time whatever simulated eyes are set to; pulses as in
+/// witness_model.
+WitnessModel device_witness(const Config& config, int pulses = 0);
 
 /// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.
 int pulses_per_period(const Config& config);

@@ -94,10 +94,6 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   loop(supervisor);
 }
 
-WitnessModel witness_of(const Config& config, const ReducedModel& model) {
-  return witness_model(model, config.estimator);
-}
-
 // Observe takes what scheduling it gets, and waits for an eye that did not get any; enforce does
 // not.
 double patience_of(const Config& config) {
@@ -149,8 +145,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
     if (pace.lockstep) device.follow_in_lockstep();
   });
   treatment.full_order_states = device.welcome().states;
-  WitnessModel witness = witness_of(config, model);
-  see_pulses(witness, pulses, feed);
+  const WitnessModel witness = device_witness(config, pulses);
   BasicController<Mpc> controller(seen_by_pulses(model, pulses, feed), config.control,
                                   config.estimator);
   treat_with(config, controller, device, witness, around, treatment);
@@ -187,7 +182,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
   treatment.device = DeviceReport{
       .name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
   BasicController<Mpc> controller(model, config.control, config.estimator);
-  treat_with(config, controller, device, witness_of(config, model), around, treatment);
+  treat_with(config, controller, device, device_witness(config), around, treatment);
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);
 }

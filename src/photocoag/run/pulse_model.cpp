@@ -181,16 +181,31 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFe
   return twice;
 }
 
-void see_pulses(WitnessModel& witness, int pulses, const PulseFeed& feed) {
+void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& lags, double period) {
   witness.averaged = true;
-  for (std::size_t j = 0; feed && j < witness.absorptions * witness.choroids; ++j) {
-    witness.seen_feed[j] = feed(
-        {witness.absorption[j % witness.absorptions], witness.choroid[j / witness.absorptions]});
-  }
   for (std::size_t i = 0; i < kWitnessModes; ++i) {
     const SeenMode seen = seen_by_pulses(witness.decay[i], pulses);
     witness.seen_before[i] = seen.before;
     witness.seen_power[i] = seen.power;
+  }
+  if (pulses < 2) return;
+  // As in feed_of_fresh_heat: few lags minus many.
+  const double pulse_period = period / pulses;
+  const double share = (pulses - 1.0) / pulses;
+  const auto relative = [pulse_period](double rate) {
+    return rate * shortfall(rate, pulse_period);
+  };
+  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
+    double difference = 0.0;
+    for (std::size_t i = 0; i < kWitnessModes; ++i) {
+      const double decay = witness.decay[i];
+      const double rate = -std::log(decay) / period;
+      difference += witness.volume[j][i] / (1.0 - decay) * relative(rate);
+    }
+    for (std::size_t i = 0; i < lags.rate.size(); ++i) {
+      difference -= lags.at[j].volume[i] * relative(lags.rate[i]);
+    }
+    witness.seen_feed[j] = share * difference;
   }
 }
 

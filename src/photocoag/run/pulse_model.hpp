@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "photocoag/crosscheck/lags.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/safety/witness.hpp"
@@ -41,7 +42,7 @@ PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const R
 /// oscillating, or the model is not exact for constant powers.
 ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed = {});
 
-/// The same for the witness.
-void see_pulses(WitnessModel& witness, int pulses, const PulseFeed& feed = {});
+/// The same for the witness; what its few lags lump together is taken from the many.
+void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& lags, double period);
 
 }  // namespace photocoag

@@ -105,11 +105,11 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const ReducedModel model =
       pulses ? seen_by_pulses(models.reduced(), per_period, feed) : models.reduced();
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
-  WitnessModel witness = witness_model(models.reduced(), config.estimator);
-  if (pulses) see_pulses(witness, per_period, feed);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");
-  Supervisor supervisor(device ? device_limits(config) : safety_limits(config), witness);
+  Supervisor supervisor(
+      device ? device_limits(config) : safety_limits(config),
+      device ? device_witness(config, pulses ? per_period : 0) : witness_model(config));
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test(passed_self_test(config.plant.noise));

@@ -4,18 +4,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <numeric>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/qp/dense.hpp"
+#include "photocoag/run/pulse_model.hpp"
+#include "photocoag/run/tissue_reference.hpp"
 #include "photocoag/safety/bands.hpp"
 #include "photocoag/tissue/thermal_dose.hpp"
 
 namespace photocoag {
 namespace {
+
 constexpr int kSelfTestSamples = 32;
+
+// Of the witness's peak: of the cross-check itself, and of linear interpolation between
+// absorptions.
+constexpr double kWitnessError = 2e-3;
+
+WitnessModel fitted_witness(const TissueReference& reference, bool both, double period,
+                            Discretization eye, double power_max, int pulses) {
+  const crosscheck::FewLags lags = crosscheck::few_lags(reference.lags, kWitnessModes, eye, period);
+  WitnessModel witness;
+  std::copy(lags.decay.begin(), lags.decay.end(), witness.decay.begin());
+  witness.peak_error = kWitnessError;
+  witness.peak_error_K = power_max * lags.peak_error;
+  if (both) {
+    witness.absorptions = kWitnessAbsorptions / 2;
+    witness.choroids = kWitnessChoroids;
+    // The last 20 samples of a held temperature are one number for two unknowns: what told them
+    // apart, the rise, has to count for longer.
+    witness.memory = 0.99;
+  }
+  for (std::size_t j = 0; j < reference.witnessed; ++j) {
+    witness.absorption[j % witness.absorptions] = reference.at[j].alpha;
+    witness.choroid[j / witness.absorptions] = reference.at[j].beta;
+    const crosscheck::LagWeights& weights = lags.at[j];
+    std::copy(weights.volume.begin(), weights.volume.end(), witness.volume[j].begin());
+    std::copy(weights.peak.begin(), weights.peak.end(), witness.peak[j].begin());
+    const std::vector<double>& gains = reference.lags.at[j].peak;
+    witness.steady_peak[j] = std::accumulate(gains.begin(), gains.end(), 0.0);
+  }
+  if (pulses > 0) see_pulses(witness, pulses, reference.lags, period);
+  return witness;
 }
+
+}  // namespace
 
 SafetyLimits safety_limits(const Config& config) {
   const ArrheniusParameters& damage = kPublishedDamage[0];
@@ -43,56 +79,38 @@ SafetyLimits safety_limits(const Config& config) {
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }
 
-WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& estimator) {
-  const Eigen::Index n = model.order();
-  const GeneralEigen eigen = general_eigen(model.A_d);
-  const double imaginary = eigen.values.imag().cwiseAbs().maxCoeff();
-  if (!eigen.converged || imaginary > 1e-9 || n > Eigen::Index{kWitnessModes}) {
-    throw Error(ErrorParts{.key = "model.method",
-                           .problem = "the supervisor needs a model whose modes decay without "
-                                      "oscillating",
-                           .accepted = "another method or order, or safety.supervisor = \"off\""});
-  }
-  // A_d = R diag(decay) R^-1: mode i gets (R^-1 B)_i u and is seen as (C R)_i.
-  const Eigen::MatrixXd right = eigen.vectors.real();
-  const LuFactors left(right);
-  WitnessModel witness;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    witness.decay[static_cast<std::size_t>(i)] = eigen.values[i].real();
-  }
-  const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
-  if (both) {
-    witness.absorptions = kWitnessAbsorptions / 2;
-    witness.choroids = kWitnessChoroids;
-    // The last 20 samples of a held temperature are one number for two unknowns: what told them
-    // apart, the rise, has to count for longer.
-    witness.memory = 0.99;
-  }
-  const auto spread = [](double low, double high, std::size_t i, std::size_t count) {
-    return low * std::pow(high / low, static_cast<double>(i) / static_cast<double>(count - 1));
+WitnessModel witness_model(const Config& config, int pulses) {
+  return witness_model(config.tissue, config.estimator, config.control.period,
+                       config.plant.discretization, config.control.power_max, pulses);
+}
+
+WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estimator, double period,
+                           Discretization eye, double power_max, int pulses) {
+  // Thousands of treatments of the same tissue ask for the same witness.
+  struct Kept {
+    std::shared_ptr<const TissueReference> reference;
+    double period = 0.0;
+    Discretization eye{};
+    double power_max = 0.0;
+    int pulses = 0;
+    std::shared_ptr<const WitnessModel> witness;
   };
-  ParametricMatrices at;
-  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
-    const std::size_t own = j % witness.absorptions;
-    const double alpha =
-        spread(estimator.absorption_min, estimator.absorption_max, own, witness.absorptions);
-    const double beta = both ? spread(estimator.choroid_min, estimator.choroid_max,
-                                      j / witness.absorptions, witness.choroids)
-                             : estimator.choroid_initial;
-    model.evaluate(alpha, beta, at);
-    const Eigen::VectorXd input = left.solve(Eigen::VectorXd(at.input));
-    const Eigen::VectorXd volume = right.transpose() * Eigen::VectorXd(at.volume);
-    const Eigen::VectorXd peak = right.transpose() * Eigen::VectorXd(model.C_peak);
-    witness.absorption[own] = alpha;
-    witness.choroid[j / witness.absorptions] = beta;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      witness.volume[j][k] = volume[i] * input[i];
-      witness.peak[j][k] = peak[i] * input[i];
-      witness.steady_peak[j] += witness.peak[j][k] / (1.0 - witness.decay[k]);
-    }
+  static std::mutex mutex;
+  static Kept kept;
+  const auto reference = tissue_reference(tissue, estimator, period);
+  const std::lock_guard lock(mutex);
+  if (kept.reference != reference || kept.period != period || kept.eye != eye ||
+      kept.power_max != power_max || kept.pulses != pulses) {
+    const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
+    kept = {reference,
+            period,
+            eye,
+            power_max,
+            pulses,
+            std::make_shared<const WitnessModel>(
+                fitted_witness(*reference, both, period, eye, power_max, pulses))};
   }
-  return witness;
+  return *kept.witness;
 }
 
 SelfTestReport self_test_of(const std::vector<double>& baseline) {

@@ -1,4 +1,4 @@
-// Role: setup; the supervisor's limits and its witness from configuration and model. Used by run,
+// Role: setup; the supervisor's limits and its witness from the configuration. Used by run,
 // trials, tests. Units: SI.
 #pragma once
 
@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/core/discretization.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/safety/supervisor.hpp"
 
 namespace photocoag {
@@ -16,11 +16,14 @@ namespace photocoag {
 /// simulated eye (plant.noise_K).
 SafetyLimits safety_limits(const Config& config);
 
-/// The model's discrete-time modes, at absorptions spread evenly in logarithm between the
-/// estimator's bounds: alpha at the beta that the estimator is told, or both if it estimates both.
-/// The eigenvalues of A_d must be real (they are for heat) and at most
-/// kWitnessModes. Throws Error otherwise. Allocates.
-WitnessModel witness_model(const ReducedModel& model, const EstimatorSettings& estimator = {});
+/// The witness's numbers: the cross-check's responses of [tissue] (run/tissue_reference.hpp), with
+/// few lags, in the time scheme of the eye (plant.discretization). Nothing of it comes from the
+/// controller's model. `pulses` above 0: samples are means over so many pulses per period (P9).
+/// Allocates; some 0.1 s the first time for a tissue.
+WitnessModel witness_model(const Config& config, int pulses = 0);
+/// The same from what it depends on.
+WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estimator, double period,
+                           Discretization eye, double power_max = 0.1, int pulses = 0);
 
 /// Runs the self-test on `baseline` (samples of the cold eye at 0 W) and what else was found.
 SelfTestReport self_test_of(const std::vector<double>& baseline);

@@ -106,7 +106,7 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
     Unsupervised none;
     return run_under(none, config, controller, eye, around, treatment);
   }
-  Supervisor supervisor(safety_limits(config), witness_model(model, config.estimator));
+  Supervisor supervisor(safety_limits(config), witness_model(config));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test

@@ -82,8 +82,8 @@ struct EyeDeviation {
   bool self_test = true;              ///< false: taken as passed (thousands of eyes)
 };
 
-/// One treatment in virtual time on the calling thread with models that are there already; the
-/// configuration's tissue is not looked at. Throws Error on bad settings.
+/// One treatment in virtual time on the calling thread with models that are there already; of
+/// the configuration's tissue only the supervisor's witness is made. Throws Error on bad settings.
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
                        const EyeDeviation& options = {});
 

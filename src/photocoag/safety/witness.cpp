@@ -186,6 +186,7 @@ double Witness::peak_high() const noexcept {
 
 double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {
   double least = std::numeric_limits<double>::infinity();
+  peak = (peak - model_.peak_error_K) / (1.0 + model_.peak_error);
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     const Family family = counted(b);
     if (!family.plausible) continue;

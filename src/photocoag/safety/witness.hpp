@@ -28,6 +28,8 @@ struct WitnessModel {
   std::array<Weights, kWitnessCurves> volume{};          ///< K/W per lag
   std::array<Weights, kWitnessCurves> peak{};            ///< K/W per lag
   std::array<double, kWitnessCurves> steady_peak{};      ///< K/W
+  double peak_error = 0.0;    ///< relative; of every predicted peak
+  double peak_error_K = 0.0;  ///< K, on top
   /// Where a sample is not the temperature at the end of its period (a mean over pulses): what it
   /// sees of lag i is seen_before_i s_i + seen_power_i u, with s_i from before the period.
   bool averaged = false;
@@ -73,7 +75,7 @@ class Witness {
   void doubt() noexcept;
 
   /// Largest power, W, after one period of which (and of the one awaited) no plausible absorption
-  /// exceeds `peak`, K; at least 0.
+  /// exceeds `peak`, K, with the model's error on top; at least 0.
   double power_for_peak(double peak) const noexcept;
   /// The same after two periods of that power: what a device holds before its watchdog acts.
   double held_power_for_peak(double peak) const noexcept;

@@ -266,7 +266,7 @@ Bench make_bench(ModelStore& models, const Config& config) {
   const ReducedModel& model = models.reduced();
   Bench bench{.config = config,
               .model = model,
-              .witness = witness_model(model, config.estimator),
+              .witness = witness_model(config),
               .eye = FullOrderPlant(models.plant_full(), config.plant.discretization,
                                     config.control.period, config.plant.absorption()),
               .models = &models,

@@ -20,7 +20,7 @@ struct ProcessBench {
                                 "grid.min_cells=" + std::to_string(options.min_cells)})),
         models(config, true),
         model(models.reduced()),
-        witness(witness_model(model, config.estimator)),
+        witness(witness_model(config)),
         eye(models.plant_full(), config.plant.discretization, config.control.period, absorption),
         controller(model, config.control, config.estimator) {
     config.plant.absorption_factor = absorption;
