@@ -38,7 +38,7 @@ TEST(PulseModel, AModeIsSeenAsPulsesSeeIt) {
   EXPECT_EQ(seen_by_pulses(0.0, 4).before, 0.0) << "gone before any pulse could hear it";
 }
 
-TEST(PulseModel, ModelAndWitnessFollowThePulses) {
+TEST(PulseModel, TheModelFollowsThePulses) {
   constexpr double kAlpha = 0.8;
   constexpr int kPulses = 5;
   const ReducedModel model = coarse_model(normalized(Tissue{}));
@@ -79,7 +79,7 @@ TEST(PulseModel, TheWitnessHearsWhatPulsesHear) {
       witness_model(tissue, {}, 1e-3, Discretization::kZeroOrderHold, 0.1, kPulses);
   for (const double alpha : {0.5, 1.1, 1.6}) {
     PulsedTissue eye(full, 1e-3 / kPulses, alpha, GrueneisenCurve(water_like_curve()));
-    Witness witness(data, 0.02, 0.002);
+    Witness witness(data, 0.02, 0.01);
     for (int k = 0; k < 100; ++k) {
       const double power = k % 30 < 20 ? 0.03 : 0.01;
       double heard = 0.0;
@@ -89,8 +89,7 @@ TEST(PulseModel, TheWitnessHearsWhatPulsesHear) {
       }
       witness.emit(power);
       if (k == 0) continue;  // its first pulse has heard nothing at all
-      // Absorptions are 5 % apart, so that the nearest is up to some 2 % off.
-      EXPECT_LT(witness.compare(heard).outside * 0.002, 0.02) << alpha << ' ' << k;
+      EXPECT_LT(witness.compare(heard).outside, 0.5) << alpha << ' ' << k;
       witness.learn(heard);
       EXPECT_GT(witness.absorption_high(), 0.99 * alpha) << k;
     }

@@ -41,16 +41,15 @@ TEST(Witness, AgreesWithTheFullOrderModelItDoesNotKnow) {
 
 // Where beta is unknown too: the truth stays among the plausible, and its peak below the bound.
 TEST(Witness, TwoUnknownsAreBoundedFromAbove) {
-  const auto full =
-      std::make_shared<const FullOrderModel>(with_beta(), GridSettings{.min_cells = 2000});
-  const ReducedModel reduced = reduce(full, {}, 1e-3, Discretization::kZeroOrderHold);
+  const auto full = std::make_shared<const FullOrderModel>(with_beta(), GridSettings{20000});
   const EstimatorSettings both{.unknowns = Unknowns::kRpeAndChoroid};
-  const WitnessModel model = witness_for(reduced, both);
+  const WitnessModel model =
+      witness_model(with_beta(), both, 1e-3, Discretization::kZeroOrderHold);
   EXPECT_EQ(model.choroids, kWitnessChoroids);
   for (const double alpha : {0.4, 0.9, 1.5}) {
     for (const double beta : {0.5, 0.93, 1.9}) {  // not on the grid
       Witness witness(model, 0.288, 0.01);
-      ReducedPlant eye(reduced, {alpha, beta});
+      FullOrderPlant eye(full, Discretization::kZeroOrderHold, 1e-3, {alpha, beta});
       Draw draw(3);
       for (int k = 0; k < 250; ++k) {
         const double power = k < 3 ? 0.08 : 0.025;

@@ -43,7 +43,7 @@ TEST(FaultTableAsAWhole, HasEveryRowOfVirtualTime) {
   const std::set<std::string> expected = {"M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9",
                                           "A1", "A2", "A3", "A4", "A5", "S1", "S2", "S3", "S4",
                                           "E1", "E2", "E3", "E4", "T1", "T2", "X1", "X4", "O1",
-                                          "O2", "O3", "O4", "O5", "O6", "O7"};
+                                          "O2", "O3", "O4", "O5", "O6", "O7", "O8", "O9"};
   EXPECT_EQ(std::set<std::string>(list.begin(), list.end()), expected);
   EXPECT_EQ(list.size(), expected.size()) << "the cases of a row stand together";
 }
@@ -69,7 +69,7 @@ TEST(FaultTableAsAWhole, WithoutTheSupervisorEveryRowFails) {
 // What an outside power meter and temperature standard leave open, declared: the gate keeps it as a
 // margin, and faults that agree stay below the limit.
 TEST(FaultTableAsAWhole, DeclaredAccuraciesCoverFaultsThatAgree) {
-  for (const char* row : {"O1", "O2", "O4", "O5"}) {
+  for (const char* row : {"O1", "O2", "O4", "O5", "O8", "O9"}) {
     const auto peak = [&](std::vector<std::string> declared) {
       return run_fault_table({.min_cells = 10000,
                               .absorptions = {0.35, 0.7363, 1.5},

@@ -41,6 +41,7 @@ class FaultyDevice {
   DeviceSample wait_sample(std::uint64_t cycle) noexcept {
     cycle_ = cycle;
     DeviceSample sample = device_.wait_sample(cycle);
+    elapsed_ms_ = 1e-6 * static_cast<double>(sample.now_ns);
     if (diary_.emitted.size() < diary_.emitted.capacity()) {
       diary_.emitted.push_back(device_.readback().power);
     }
@@ -60,7 +61,7 @@ class FaultyDevice {
         see();
         break;
       case Fault::kGains:
-        readback.power *= injection_.readback / injection_.laser;
+        readback.power *= grown(injection_.readback) / laser_;
         break;
       case Fault::kShutter:
         readback.shutter_open = false;
@@ -91,8 +92,8 @@ class FaultyDevice {
     }
     if (active() && injection_.fault == Fault::kGone) return DeviceStatus::kGone;
     stuck_ = active() && injection_.fault == Fault::kStuckOn && power == 0.0;
-    const double gain = injection_.fault == Fault::kGains ? injection_.laser : 1.0;
-    return device_.write_power(stuck_ ? injection_.value : gain * power, token);
+    laser_ = injection_.fault == Fault::kGains ? grown(injection_.laser) : 1.0;
+    return device_.write_power(stuck_ ? injection_.value : laser_ * power, token);
   }
 
   void heartbeat(std::uint64_t cycle) noexcept { device_.heartbeat(cycle); }
@@ -112,6 +113,11 @@ class FaultyDevice {
   bool active() const noexcept { return injection_.active(cycle_); }
   void see() noexcept {
     if (diary_.visible == Diary::kNever) diary_.visible = static_cast<std::int64_t>(cycle_);
+  }
+  // What a factor has become so far.
+  double grown(double factor) const noexcept {
+    if (elapsed_ms_ >= injection_.ramp_ms) return factor;
+    return 1.0 + (factor - 1.0) * elapsed_ms_ / injection_.ramp_ms;
   }
   static void convert(DeviceSample& sample) noexcept {
     if (!std::isfinite(sample.volume_temperature)) return;
@@ -172,7 +178,7 @@ class FaultyDevice {
         return convert(sample);
       }
       case Fault::kGains:
-        as_value(value * injection_.samples);
+        as_value(value * grown(injection_.samples));
         return convert(sample);
       case Fault::kJump:
       case Fault::kDrift:
@@ -192,6 +198,8 @@ class FaultyDevice {
   DeviceSample previous_;
   DeviceSample frozen_;
   bool stuck_ = false;
+  double elapsed_ms_ = 0.0;
+  double laser_ = 1.0;  // emitted per written power, last write
 };
 
 }  // namespace photocoag

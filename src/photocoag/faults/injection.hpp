@@ -39,7 +39,7 @@ enum class Fault : std::uint8_t {
   kPeakEstimate,  ///< the estimated peak is value, K
   kOverrun,       ///< the wake-up comes `count` periods late
   kTwoOverruns,   ///< two single ones, `every` cycles apart
-  kGains,         ///< laser, readback and samples are each off by a factor, from the start
+  kGains,         ///< laser, readback and samples are each off by a factor, at once or in a ramp
   kJump,          ///< alpha becomes value
   kDrift,         ///< alpha grows by value, relative, per ms
   kHook,          ///< the trial does something itself, e.g. flips a bit
@@ -54,6 +54,7 @@ struct Injection {
   double laser = 1.0;     ///< kGains: emitted per commanded power
   double readback = 1.0;  ///< kGains: said per commanded power
   double samples = 1.0;   ///< kGains: said per true temperature
+  double ramp_ms = 0.0;   ///< kGains: from the treatment's start until the factors are in full
 
   bool active(std::uint64_t cycle) const noexcept {
     return fault != Fault::kNone && cycle >= start && cycle < start + count &&

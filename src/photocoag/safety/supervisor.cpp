@@ -116,11 +116,17 @@ void Supervisor::check_estimate(const ControllerReport& report) noexcept {
     stop(SafetyState::kSafeStop, SafetyReason::kAbsorption);
   }
   if (report.updated) {
-    const double ratio = report.innovation / report.innovation_sigma;
-    memory_.innovations.add(ratio * ratio);
-    const double sum = memory_.innovations.sum();
-    const bool quiet = limits_->check_quiet != 0 && memory_.innovations.full() && sum < kQuietest;
-    if (!(sum <= kNoisiest) || quiet) stop(SafetyState::kSafeStop, SafetyReason::kInconsistent);
+    // The model's error adds to what an innovation may be, and is no part of its least.
+    const double square = report.innovation * report.innovation;
+    const double variance = report.innovation_sigma * report.innovation_sigma;
+    const double model = witness_.model_sigma();
+    memory_.innovations.add(square / variance);
+    memory_.excess.add(square / (variance + model * model));
+    const bool quiet = limits_->check_quiet != 0 && memory_.innovations.full() &&
+                       memory_.innovations.sum() < kQuietest;
+    if (!(memory_.excess.sum() <= kNoisiest) || quiet) {
+      stop(SafetyState::kSafeStop, SafetyReason::kInconsistent);
+    }
   }
   // NaN counts as too high.
   const bool hot = !(report.peak <= limits_->peak_max + kPeakEstimateExcess);

@@ -165,7 +165,8 @@ class Supervisor {
     History rejected;
     History overrun_history;
     Window residuals;
-    Window innovations;
+    Window innovations;  // relative to what the estimator expects
+    Window excess;       // the same with the model's error allowed for
   };
 
   GuardedLimits limits_;

@@ -72,8 +72,9 @@ WitnessResidual Witness::compare(double volume_temperature) const noexcept {
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     const Family& family = families_[b];
     if (!family.plausible) continue;
+    const std::size_t below = family.low - (family.low > b * model_.absorptions ? 1 : 0);
     const auto [low, high] =
-        std::minmax_element(volume_now_.begin() + static_cast<std::ptrdiff_t>(family.low),
+        std::minmax_element(volume_now_.begin() + static_cast<std::ptrdiff_t>(below),
                             volume_now_.begin() + static_cast<std::ptrdiff_t>(family.high) + 1);
     least = std::min(least, *low);
     most = std::max(most, *high);
@@ -182,6 +183,14 @@ double Witness::peak_high() const noexcept {
     if (families_[b].plausible) highest = std::max(highest, peak_at_high(families_[b], lag_));
   }
   return highest;
+}
+
+double Witness::model_sigma() const noexcept {
+  double largest = 0.0;
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    if (families_[b].plausible) largest = std::max(largest, volume_now_[families_[b].high]);
+  }
+  return model_error_ * largest;
 }
 
 double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {

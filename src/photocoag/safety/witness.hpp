@@ -40,7 +40,8 @@ struct WitnessModel {
 
 /// How a sample compares with what the emitted power can have caused.
 struct WitnessResidual {
-  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions
+  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions and the
+                         ///< next curve on either side: the truth lies between curves
   bool above = false;    ///< hotter than the span
 };
 
@@ -71,6 +72,8 @@ class Witness {
   double absorption_high() const noexcept { return high_alpha_; }
   /// Peak now at the hottest plausible absorption, K.
   double peak_high() const noexcept;
+  /// What the model's error may make of a sample now, K: a standard deviation.
+  double model_sigma() const noexcept;
   /// Forget the samples (not the emitted power): every absorption is plausible again.
   void doubt() noexcept;
 

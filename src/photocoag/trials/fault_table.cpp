@@ -215,6 +215,9 @@ void add_open_hazards(std::vector<FaultCase>& table) {
   open("O5", "readback x0.81", {.fault = Fault::kGains, .readback = 0.81});
   open("O6", "alpha jumps to 1.5", {.fault = Fault::kJump, .value = 1.5});
   open("O7", "alpha grows by 0.1 % per ms", {.fault = Fault::kDrift, .value = 1e-3});
+  open("O8", "as O1, growing over 40 ms",
+       {.fault = Fault::kGains, .laser = 1.25, .samples = 0.8, .ramp_ms = 40.0});
+  open("O9", "as O4, growing over 40 ms", {.fault = Fault::kGains, .laser = 1.19, .ramp_ms = 40.0});
 }
 
 }  // namespace
