@@ -20,7 +20,10 @@ inline constexpr int kInfeasibleMax = 19;
 inline constexpr int kAbsorptionBadMax = 9;
 inline constexpr double kAbsorptionJump = 0.3;
 inline constexpr std::int64_t kAbsorptionSettled = 10;  // cycles
-inline constexpr double kPeakEstimateExcess = 1.0;      // K
+// Temperatures are not linear in alpha: what a linear estimator leaves of a move of alpha, as a
+// share of the temperature and of the square of the relative move.
+inline constexpr double kSettlingShare = 0.25;
+inline constexpr double kPeakEstimateExcess = 1.0;  // K
 inline constexpr int kPeakEstimatesMax = 2;
 inline constexpr double kReadbackRelative = 0.2;
 inline constexpr double kReadbackFloor = 2e-3;  // W

@@ -106,6 +106,11 @@ void Supervisor::check_estimate(const ControllerReport& report) noexcept {
       !(report.absorption > limits_->absorption_min && report.absorption < limits_->absorption_max);
   const bool jumped = memory_.cycles > kAbsorptionSettled &&
                       std::abs(report.absorption - memory_.absorption) > kAbsorptionJump;
+  const double settling = memory_.settling;
+  const bool settles = memory_.cycles > 0 && memory_.cycles <= kAbsorptionSettled;
+  const double moved =
+      settles ? std::clamp(1.0 - memory_.absorption / report.absorption, -1.0, 1.0) : 0.0;
+  memory_.settling = settles ? std::max(0.5 * settling, moved * moved) : 0.0;
   memory_.absorption = report.absorption;
   memory_.absorption_bad = outside || jumped ? memory_.absorption_bad + 1 : 0;
   if (memory_.absorption_bad > 0) {
@@ -116,12 +121,14 @@ void Supervisor::check_estimate(const ControllerReport& report) noexcept {
     stop(SafetyState::kSafeStop, SafetyReason::kAbsorption);
   }
   if (report.updated) {
-    // The model's error adds to what an innovation may be, and is no part of its least.
+    // Where the model's error, or what the estimator's linearization has left, is more than the
+    // noise, innovations may be as large as that.
     const double square = report.innovation * report.innovation;
     const double variance = report.innovation_sigma * report.innovation_sigma;
-    const double model = witness_.model_sigma();
+    const double model =
+        (limits_->model_error + kSettlingShare * settling) * witness_.volume_high();
     memory_.innovations.add(square / variance);
-    memory_.excess.add(square / (variance + model * model));
+    memory_.excess.add(square / std::max(variance, model * model));
     const bool quiet = limits_->check_quiet != 0 && memory_.innovations.full() &&
                        memory_.innovations.sum() < kQuietest;
     if (!(memory_.excess.sum() <= kNoisiest) || quiet) {

@@ -162,6 +162,7 @@ class Supervisor {
     int peak_high_estimates = 0;
     std::int64_t cycles = 0;
     double absorption = 0.0;
+    double settling = 0.0;  // square of what the estimate has lately moved, relative
     History rejected;
     History overrun_history;
     Window residuals;

@@ -72,7 +72,8 @@ WitnessResidual Witness::compare(double volume_temperature) const noexcept {
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     const Family& family = families_[b];
     if (!family.plausible) continue;
-    const std::size_t below = family.low - (family.low > b * model_.absorptions ? 1 : 0);
+    const bool alone = family.high == family.low + 1 && family.low > b * model_.absorptions;
+    const std::size_t below = family.low - (alone ? 1 : 0);
     const auto [low, high] =
         std::minmax_element(volume_now_.begin() + static_cast<std::ptrdiff_t>(below),
                             volume_now_.begin() + static_cast<std::ptrdiff_t>(family.high) + 1);
@@ -185,12 +186,12 @@ double Witness::peak_high() const noexcept {
   return highest;
 }
 
-double Witness::model_sigma() const noexcept {
+double Witness::volume_high() const noexcept {
   double largest = 0.0;
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     if (families_[b].plausible) largest = std::max(largest, volume_now_[families_[b].high]);
   }
-  return model_error_ * largest;
+  return largest;
 }
 
 double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {

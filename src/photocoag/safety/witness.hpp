@@ -28,8 +28,8 @@ struct WitnessModel {
   std::array<Weights, kWitnessCurves> volume{};          ///< K/W per lag
   std::array<Weights, kWitnessCurves> peak{};            ///< K/W per lag
   std::array<double, kWitnessCurves> steady_peak{};      ///< K/W
-  double peak_error = 0.0;    ///< relative; of every predicted peak
-  double peak_error_K = 0.0;  ///< K, on top
+  double peak_error = 0.0;                               ///< relative; of every predicted peak
+  double peak_error_K = 0.0;                             ///< K, on top
   /// Where a sample is not the temperature at the end of its period (a mean over pulses): what it
   /// sees of lag i is seen_before_i s_i + seen_power_i u, with s_i from before the period.
   bool averaged = false;
@@ -40,8 +40,8 @@ struct WitnessModel {
 
 /// How a sample compares with what the emitted power can have caused.
 struct WitnessResidual {
-  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions and the
-                         ///< next curve on either side: the truth lies between curves
+  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions, up to
+                         ///< the next curve above, and below where one alone is plausible
   bool above = false;    ///< hotter than the span
 };
 
@@ -72,8 +72,8 @@ class Witness {
   double absorption_high() const noexcept { return high_alpha_; }
   /// Peak now at the hottest plausible absorption, K.
   double peak_high() const noexcept;
-  /// What the model's error may make of a sample now, K: a standard deviation.
-  double model_sigma() const noexcept;
+  /// Volume temperature now at the hottest plausible absorption, K.
+  double volume_high() const noexcept;
   /// Forget the samples (not the emitted power): every absorption is plausible again.
   void doubt() noexcept;
 
