@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
@@ -53,8 +56,15 @@ double peak_under_full_power(const Config& config, const WitnessModel& witness, 
 }
 
 TEST(WitnessGate, NoPlausibleAbsorptionIsOverheatedOnTheFullOrderEye) {
-  for (const std::string period : {"1", "4"}) {
-    const Config config = load_config("", {"control.period_ms=" + period});
+  // A witness made from the controller's model fails with the last two: 133 and 8 of 164 over.
+  const std::vector<std::vector<std::string>> settings = {
+      {"control.period_ms=1"},
+      {"control.period_ms=4"},
+      {"control.period_ms=1", "model.order=4"},
+      {"control.period_ms=4", "model.discretization=implicit-euler"}};
+  for (const std::vector<std::string>& set : settings) {
+    const std::string where = set.front() + ' ' + set.back();
+    const Config config = load_config("", set);
     const WitnessModel witness = witness_model(config);
     const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
     double highest = 0.0;
@@ -70,9 +80,9 @@ TEST(WitnessGate, NoPlausibleAbsorptionIsOverheatedOnTheFullOrderEye) {
         lowest = std::min(lowest, peak);
       }
     }
-    EXPECT_EQ(over, 0) << period << " ms, highest " << highest;
-    EXPECT_GT(lowest, 28.0) << period << " ms: it may not simply refuse";
-    std::printf("%s ms: highest %.3f K, lowest %.3f K, %d over\n", period.c_str(), highest, lowest,
+    EXPECT_EQ(over, 0) << where << ", highest " << highest;
+    EXPECT_GT(lowest, 28.0) << where << ": it may not simply refuse";
+    std::printf("%s: highest %.3f K, lowest %.3f K, %d over\n", where.c_str(), highest, lowest,
                 over);
   }
 }
