@@ -60,10 +60,11 @@ TEST_P(Lockstep, TheSelfTestSeesTheWatchdogTrip) {
   device.prepare(GrueneisenCurve(water_like_curve()), {}, 100);
   device.begin(0);
   Served served;
-  const SelfTestReport report = self_test(device, 0, true, served);
+  const SelfTestReport report = self_test(device, ControlSettings{}, true, served);
   EXPECT_EQ(report.samples, 64);
   EXPECT_TRUE(report.watchdog_tripped);
-  EXPECT_TRUE(failed_items(report, 0.288).empty()) << failed_items(report, 0.288).front();
+  const std::vector<std::string> failed = failed_items(report, SafetyLimits{});
+  EXPECT_TRUE(failed.empty()) << failed.front();
 }
 
 TEST_P(Lockstep, WithoutACommandTwoPeriodsOfLightAtMost) {

@@ -19,6 +19,11 @@ SafetyLimits device_limits(const Config& config) {
     limits.overruns_in_a_row_max = std::max(
         limits.overruns_in_a_row_max, static_cast<std::int64_t>(kEyeStall / config.control.period));
   }
+  // The zero of all samples is that of the cold pulses, of which each sample takes some.
+  if (eye) {
+    limits.zero_error = limits.noise * std::sqrt(static_cast<double>(pulses_per_period(config)) /
+                                                 config.photoacoustics.baseline_pulses);
+  }
   return limits;
 }
 
@@ -80,6 +85,14 @@ Config for_device(Config config, const DeviceAddress& device) {
                            .problem = "in lockstep there is no real time to enforce",
                            .found = "lockstep",
                            .accepted = "\"auto\" or \"wall\" with safety.real_time = \"enforce\""});
+  }
+  // Trigger jitter, energy meter and converter leave 0.016 K.
+  constexpr double kQuietestPulses = 0.02;
+  if (config.plant.noise < kQuietestPulses) {
+    throw Error(ErrorParts{.key = "plant.noise_K",
+                           .problem = "pulses are not so quiet",
+                           .found = fmt::format("{:g}", config.plant.noise),
+                           .accepted = fmt::format("from {:g} K", kQuietestPulses)});
   }
   pulses_per_period(config);
   require_plausible(GrueneisenCurve(load_curve(config.photoacoustics.calibration)), config);

@@ -21,13 +21,14 @@ struct Served {
   std::uint64_t token = 0;
 };
 
-/// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW, and time to cool down.
-/// Throws DeviceError if the device vanishes.
+/// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW (less if the laser has
+/// less), and time to cool down. Throws DeviceError if the device vanishes.
 template <Device D>
-SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served) {
+SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has_room,
+                         Served& served) {
   constexpr std::size_t kSamples = 64;
   constexpr std::uint64_t kMostCycles = 512;
-  constexpr double kLittle = 1e-3;  // W
+  const double little = std::min(1e-3, control.power_max);  // W
   std::vector<double> baseline;
   double power_at_zero = 0.0;
   const auto wait = [&] {
@@ -51,9 +52,9 @@ SelfTestReport self_test(D& device, int delay, bool log_has_room, Served& served
   double seen = 0.0;
   // Only where nothing was emitted, for the command came too late, there is another try.
   for (int tries = 0; tries < 3 && !(seen > 0.0); ++tries) {
-    write(kLittle);
+    write(little);
     double last = std::numeric_limits<double>::quiet_NaN();
-    for (int k = 0; k < 4 + delay; ++k) {
+    for (int k = 0; k < 4 + control.delay; ++k) {
       wait();
       last = device.readback().power;
       seen = std::max(seen, last);

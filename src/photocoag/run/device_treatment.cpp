@@ -63,8 +63,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   bool timed = true;
   if constexpr (kEye) timed = !device.in_lockstep();
   if constexpr (kEye) device.begin(0);
-  const SelfTestReport report =
-      self_test(device, config.control.delay, around.log.healthy(), served);
+  const SelfTestReport report = self_test(device, config.control, around.log.healthy(), served);
   const auto loop = [&](auto& supervisor) {
     ContinuedDevice continued(device, kEye ? 0 : served.cycles, served.token, config.cycles(),
                               around.stop);
@@ -86,10 +85,11 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     Unsupervised none;
     return loop(none);
   }
-  Supervisor supervisor(device_limits(config), witness);
+  const SafetyLimits limits = device_limits(config);
+  Supervisor supervisor(limits, witness);
   supervisor.power_on();
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw DeviceError(not_ready(report, config.plant.noise));
+    throw DeviceError(not_ready(report, limits));
   }
   loop(supervisor);
 }

@@ -18,8 +18,6 @@
 namespace photocoag {
 namespace {
 
-constexpr int kSelfTestSamples = 32;
-
 // Of the witness's peak: of the cross-check itself, and of linear interpolation between
 // absorptions.
 constexpr double kWitnessError = 2e-3;
@@ -149,34 +147,35 @@ SelfTestReport passed_self_test(double noise) {
           .log_has_room = true};
 }
 
-std::vector<std::string> failed_items(const SelfTestReport& report, double noise) {
+std::vector<std::string> failed_items(const SelfTestReport& report, const SafetyLimits& limits) {
+  const SelfTestBounds bounds = self_test_bounds(limits, report.samples);
   std::vector<std::string> failed;
   const auto check = [&](bool good, std::string text) {
     if (!good) failed.push_back(std::move(text));
   };
-  check(report.samples >= kSelfTestSamples,
+  check(report.samples >= SelfTestBounds::kSamples,
         fmt::format("samples: {} at 0 W came in time, at least {} are needed; free the machine of "
                     "other work, or for a simulated eye photoacoustics.eye_pacing=lockstep",
-                    report.samples, kSelfTestSamples));
-  const double mean_most = 5.0 * noise / std::sqrt(std::max(1, report.samples)) + 1e-9;
-  check(std::abs(report.mean) <= mean_most,
+                    report.samples, SelfTestBounds::kSamples));
+  check(std::abs(report.mean) <= bounds.mean,
         fmt::format("mean: {:.3f} K at 0 W, at most {:.3f}; let the tissue cool (a simulated eye: "
                     "--tell cold), or calibrate anew",
-                    report.mean, mean_most));
-  check(report.sigma <= 2.0 * noise + 1e-9,
+                    report.mean, bounds.mean));
+  check(report.sigma <= bounds.sigma_high,
         fmt::format("noise: {:.3f} K, at most twice plant.noise_K = {:g}; look for what disturbs, "
                     "or set that key",
-                    report.sigma, noise));
-  check(!(noise > 0.0) || report.sigma >= 0.5 * noise,
+                    report.sigma, limits.noise));
+  check(report.sigma >= bounds.sigma_low,
         fmt::format("noise: {:.3f} K, at least half of plant.noise_K = {:g}; is it a live signal? "
                     "Else set that key",
-                    report.sigma, noise));
+                    report.sigma, limits.noise));
   check(std::abs(report.power_at_zero) <= kReadbackFloor,
         fmt::format("power: {:g} W read back with 0 W commanded; close the shutter, see to laser "
                     "and monitor",
                     report.power_at_zero));
   check(report.watchdog_tripped,
-        "watchdog: 1 mW without a further command was not seen to come and to end; see to the "
+        "watchdog: a little power without a further command was not seen to come and to end; see "
+        "to the "
         "device's watchdog, or free the machine of other work");
   check(report.model_matches, "model: it is not for this tissue and period; reduce it anew");
   check(report.solver_exact, "solver: a known problem is not solved to 1e-9; build anew");
@@ -184,10 +183,10 @@ std::vector<std::string> failed_items(const SelfTestReport& report, double noise
   return failed;
 }
 
-ErrorParts not_ready(const SelfTestReport& report, double noise) {
+ErrorParts not_ready(const SelfTestReport& report, const SafetyLimits& limits) {
   return {.where = "self-test",
           .problem = "the device is not ready",
-          .found = fmt::format("{}", fmt::join(failed_items(report, noise), "; ")),
+          .found = fmt::format("{}", fmt::join(failed_items(report, limits), "; ")),
           .accepted = "docs/safety.md, self-test"};
 }
 

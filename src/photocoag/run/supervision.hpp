@@ -36,9 +36,9 @@ bool solver_is_exact();
 SelfTestReport passed_self_test(double noise);
 
 /// The items of a self-test that Supervisor::finish_self_test would refuse, each with what to do.
-std::vector<std::string> failed_items(const SelfTestReport& report, double noise);
+std::vector<std::string> failed_items(const SelfTestReport& report, const SafetyLimits& limits);
 
-/// What to tell the user after a failed self-test of a device calibrated to `noise`, K.
-ErrorParts not_ready(const SelfTestReport& report, double noise);
+/// What to tell the user after a failed self-test.
+ErrorParts not_ready(const SelfTestReport& report, const SafetyLimits& limits);
 
 }  // namespace photocoag

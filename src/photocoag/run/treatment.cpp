@@ -106,14 +106,15 @@ void run(const Config& config, const ReducedModel& model, C& controller, P plant
     Unsupervised none;
     return run_under(none, config, controller, eye, around, treatment);
   }
-  Supervisor supervisor(safety_limits(config), witness_model(config));
+  const SafetyLimits limits = safety_limits(config);
+  Supervisor supervisor(limits, witness_model(config));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test
                                     ? self_test(cold, config.control.delay, log_is_good)
                                     : passed_self_test(config.plant.noise);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw Error(not_ready(report, config.plant.noise));
+    throw Error(not_ready(report, limits));
   }
   run_under(supervisor, config, controller, eye, around, treatment);
 }

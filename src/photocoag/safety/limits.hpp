@@ -22,6 +22,7 @@ struct SafetyLimits {
   double peak_max = 32.0;        ///< K
   double peak_reference = 30.0;  ///< K, what the fallback power would hold
   double noise = 0.288;          ///< K, calibrated standard deviation of a sample
+  double zero_error = 0.0;       ///< K, standard error of the samples' zero
   double absorption_min = 0.2;   ///< of the estimator
   double absorption_max = 2.0;
   double ambient_celsius = 22.0;

@@ -29,6 +29,15 @@ int Supervisor::History::among_last(int cycles) const noexcept {
          (cycles > 64 ? std::popcount(older_ & mask(cycles - 64)) : 0);
 }
 
+SelfTestBounds self_test_bounds(const SafetyLimits& limits, int samples) noexcept {
+  constexpr double kRounding = 1e-9;  // K
+  const double of_mean = limits.noise / std::sqrt(std::max(1, samples));
+  // 5 standard errors: 3 would refuse one healthy start in 370.
+  return {.mean = 5.0 * std::hypot(of_mean, limits.zero_error) + kRounding,
+          .sigma_low = limits.check_quiet == 0 ? 0.0 : 0.5 * limits.noise,
+          .sigma_high = 2.0 * limits.noise + kRounding};
+}
+
 Supervisor::Supervisor(const SafetyLimits& limits, const WitnessModel& model) noexcept
     : limits_(limits), model_(model), witness_(model, limits.noise, limits.model_error) {}
 
@@ -38,16 +47,12 @@ void Supervisor::power_on() noexcept {
 
 bool Supervisor::finish_self_test(const SelfTestReport& report) noexcept {
   if (status_.state != SafetyState::kSelfTest) return false;
-  const double noise = limits_->noise;
-  // 5 standard errors: 3 would refuse one healthy start in 370.
-  const bool mean_good =
-      std::abs(report.mean) <= 5.0 * noise / std::sqrt(std::max(1, report.samples)) + 1e-9;
-  const bool sigma_good = report.sigma <= 2.0 * noise + 1e-9 &&
-                          (limits_->check_quiet == 0 || report.sigma >= 0.5 * noise);
-  const bool good = report.samples >= 32 && mean_good && sigma_good &&
-                    std::abs(report.power_at_zero) <= kReadbackFloor && report.watchdog_tripped &&
-                    report.model_matches && report.solver_exact && report.log_has_room &&
-                    limits_.intact();
+  const SelfTestBounds bounds = self_test_bounds(*limits_, report.samples);
+  const bool good =
+      report.samples >= SelfTestBounds::kSamples && std::abs(report.mean) <= bounds.mean &&
+      report.sigma <= bounds.sigma_high && report.sigma >= bounds.sigma_low &&
+      std::abs(report.power_at_zero) <= kReadbackFloor && report.watchdog_tripped &&
+      report.model_matches && report.solver_exact && report.log_has_room && limits_.intact();
   if (good) {
     status_.state = SafetyState::kStandby;
   } else {

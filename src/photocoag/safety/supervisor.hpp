@@ -58,6 +58,15 @@ struct SelfTestReport {
   bool log_has_room = false;
 };
 
+/// What a self-test with so many samples may show.
+struct SelfTestBounds {
+  static constexpr int kSamples = 32;  ///< at least
+  double mean = 0.0;                   ///< K, at most, either sign
+  double sigma_low = 0.0;              ///< K
+  double sigma_high = 0.0;             ///< K
+};
+SelfTestBounds self_test_bounds(const SafetyLimits& limits, int samples) noexcept;
+
 struct SafetyStatus {
   SafetyState state = SafetyState::kOff;
   SafetyReason reason = SafetyReason::kNone;  ///< of the state, if DONE, SAFE_STOP or STANDBY
