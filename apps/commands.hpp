@@ -60,8 +60,10 @@ struct DiscretizationsOptions : CommonOptions {
 struct SpotsOptions : CommonOptions {
   std::size_t count = 1000;
   SpotRange range;
-  std::string csv;       ///< file for one row per spot; may be empty
-  bool corners = false;  ///< all extremes of the declared set instead of random spots
+  std::string csv;          ///< file for one row per spot; may be empty
+  bool corners = false;     ///< all extremes of the declared set instead of random spots
+  bool this_eye = false;    ///< the eye of [plant.tissue] instead
+  std::size_t survey = 60;  ///< treatments of every corner; the worst get count
 };
 
 struct EstimationOptions : CommonOptions {

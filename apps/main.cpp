@@ -229,16 +229,29 @@ int run_command(int argc, char** argv) {
       ->type_name("a");
   spots_app->add_option("--csv", spots_options.csv, "one row per spot and controller")
       ->type_name("FILE");
-  spots_app->add_flag("--corners", spots_options.corners,
-                      "the robust controller at every combination of the declared extremes, "
-                      "--count treatments each");
+  CLI::Option* corners =
+      spots_app->add_flag("--corners", spots_options.corners,
+                          "the robust controller at every combination of the declared extremes; "
+                          "the worst six are treated --count times; exit code 1 if one of them "
+                          "exceeds the limit more than twice and in more than 1 of 750");
+  spots_app->add_option("--survey", spots_options.survey, "treatments of every corner")
+      ->check(whole_number_from(2, 1000000))
+      ->type_name("n")
+      ->needs(corners);
+  spots_app
+      ->add_flag("--this-eye", spots_options.this_eye,
+                 "the robust controller on the eye of [plant.tissue] alone, which the "
+                 "controller is not told")
+      ->excludes(corners);
   spots_app->footer(
       footer("  photocoag spots\n"
              "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"
              "  photocoag spots --set uncertainty.spot_radius_relative=0.1 --set "
              "uncertainty.thickness_relative=0.1 "
              "--set uncertainty.absorption_relative=0.1\n"
-             "  photocoag spots --corners --count 100 --set uncertainty.thickness_relative=0.1\n"
+             "  photocoag spots --corners --count 1500 --set uncertainty.thickness_relative=0.1\n"
+             "  photocoag spots --this-eye --set uncertainty.spot_radius_relative=0.1 --set "
+             "plant.tissue.spot_radius_um=90\n"
              "The quantities of [uncertainty] are random too, and the robust controller is told."));
   spots_app->callback([&] { exit_code = spots_command(spots_options); });
 

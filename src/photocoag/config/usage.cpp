@@ -81,7 +81,8 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
   if (key == "control.osqp_tolerance" && c.control.solver == SolverKind::kDense) {
     return "control.solver = \"dense\"";
   }
-  if (key == "control.robust_sigma" && c.control.robust == Robustness::kNone && !many) {
+  if (key == "control.robust_sigma" && c.control.robust == Robustness::kNone &&
+      !c.uncertainty.declared() && !many) {
     return "control.robust = \"none\"";
   }
   if (key == "estimator.window" && c.estimator.kind == EstimatorKind::kEkf && !many) {

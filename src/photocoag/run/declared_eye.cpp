@@ -1,5 +1,7 @@
 #include "photocoag/run/declared_eye.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "photocoag/core/random.hpp"
@@ -27,6 +29,24 @@ void scale(Tissue& tissue, const DeclaredQuantity& quantity, double factor) {
     case DeclaredQuantity::Part::kAbsorption:
       tissue.layers[quantity.layer].absorption *= factor;
       break;
+  }
+}
+
+void treat_once(Controller controller, const Response& response, int delay, ZeroPowerSample dark,
+                Eigen::Ref<const Eigen::VectorXd> noise, Eigen::Ref<Eigen::VectorXd> peaks) {
+  Eigen::VectorXd emitted = Eigen::VectorXd::Zero(peaks.size());
+  double pending = 0.0;
+  for (Eigen::Index n = 0; n < peaks.size(); ++n) {
+    const double decided = controller.decide().power;
+    emitted[n] = delay == 1 ? pending : decided;
+    pending = decided;
+    const auto powers = emitted.head(n + 1);
+    peaks[n] = response.peak.tail(n + 1).dot(powers);
+    double sample = response.volume.tail(n + 1).dot(powers) + noise[n];
+    if (dark == ZeroPowerSample::kMissing && emitted[n] == 0.0) {
+      sample = std::numeric_limits<double>::quiet_NaN();
+    }
+    controller.observe({.volume_temperature = sample, .applied_power = emitted[n]});
   }
 }
 
@@ -58,6 +78,26 @@ Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>
   return tissue;
 }
 
+Eigen::MatrixXd balanced_noise(Eigen::Index periods, Eigen::Index count) {
+  constexpr std::uint64_t kSeed = 1u << 30;  // no treatment draws it
+  const Eigen::Index block = count - 1;
+  // Columns are periods here. Gram-Schmidt within the block, against the constant first.
+  Eigen::MatrixXd noise(count, periods);
+  for (Eigen::Index n = 0; n < periods; ++n) {
+    auto values = noise.col(n);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      values[i] = standard_normal(kSeed + static_cast<std::uint64_t>(i),
+                                  static_cast<std::uint64_t>(n), RandomStream::kStudy);
+    }
+    values.array() -= values.mean();
+    for (Eigen::Index before = n - n % block; before < n; ++before) {
+      values -= noise.col(before).dot(values) / static_cast<double>(count) * noise.col(before);
+    }
+    values *= std::sqrt(static_cast<double>(count)) / values.norm();
+  }
+  return noise.transpose();
+}
+
 DeclaredEye::DeclaredEye(const Config& config, const Tissue& tissue, std::size_t cells,
                          std::size_t periods)
     : config_(config),
@@ -74,47 +114,32 @@ DeclaredEye::DeclaredEye(const Config& config, const Tissue& tissue, std::size_t
   }
 }
 
-LoopPeaks DeclaredEye::treat(const Config& config, const ReducedModel& model, double alpha,
-                             std::optional<std::uint64_t> seed) const {
+Eigen::MatrixXd DeclaredEye::treat(const Config& config, const ReducedModel& model, double alpha,
+                                   const Eigen::MatrixXd& noise) const {
   const AbsorptionFactors at(alpha, config_.estimator.choroid_initial);
+  const Eigen::Index periods = noise.rows();
   Response response;
   if (full_->separable()) {
     const OutputWeights weights = full_->output_weights(at);
-    response = {axis_ * weights.peak, spot_ * weights.volume};
+    response = {axis_.bottomRows(periods) * weights.peak,
+                spot_.bottomRows(periods) * weights.volume};
   } else {
     FullOrderPlant plant(full_, config_.plant.discretization, config_.control.period, at);
-    response = {Eigen::VectorXd(periods_), Eigen::VectorXd(periods_)};
-    for (Eigen::Index k = 0; k < periods_; ++k) {
-      plant.step(k == 0 ? 1.0 : 0.0);
+    response = {Eigen::VectorXd(periods), Eigen::VectorXd(periods)};
+    for (Eigen::Index k = periods; k-- > 0;) {
+      plant.step(k == periods - 1 ? 1.0 : 0.0);
       const Outputs outputs = plant.outputs();
-      response.peak[periods_ - 1 - k] = outputs.peak;
-      response.volume[periods_ - 1 - k] = outputs.volume;
+      response.peak[k] = outputs.peak;
+      response.volume[k] = outputs.volume;
     }
   }
-  Controller controller(model, config.control, config.estimator);
-  LoopPeaks loop{Eigen::VectorXd::Zero(periods_), Eigen::VectorXd::Zero(periods_)};
-  Eigen::VectorXd emitted = Eigen::VectorXd::Zero(periods_);
-  double pending = 0.0;
-  for (Eigen::Index n = 0; n < periods_; ++n) {
-    const double decided = controller.decide().power;
-    emitted[n] = config.control.delay == 1 ? pending : decided;
-    pending = decided;
-    const auto powers = emitted.head(n + 1);
-    loop.peak[n] = response.peak.tail(n + 1).dot(powers);
-    double sample = response.volume.tail(n + 1).dot(powers);
-    if (seed) {
-      sample += config.plant.noise * standard_normal(*seed, static_cast<std::uint64_t>(n),
-                                                     RandomStream::kMeasurementNoise);
-    }
-    if (config.plant.zero_power_sample == ZeroPowerSample::kMissing && emitted[n] == 0.0) {
-      sample = std::numeric_limits<double>::quiet_NaN();
-    }
-    const Estimate estimate =
-        controller.observe({.volume_temperature = sample, .applied_power = emitted[n]});
-    // Before the first sample the deviation is that of alpha's initial value, not of this eye.
-    if (n > config.control.delay) loop.sigma[n] = estimate.peak_sigma;
+  const Controller cold(model, config.control, config.estimator);
+  Eigen::MatrixXd peaks(periods, noise.cols());
+  for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+    treat_once(cold, response, config.control.delay, config_.plant.zero_power_sample, noise.col(i),
+               peaks.col(i));
   }
-  return loop;
+  return peaks;
 }
 
 }  // namespace photocoag

@@ -5,9 +5,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
+#include <cstddef>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,11 +31,12 @@ std::vector<DeclaredQuantity> declared_quantities(const Config& config);
 Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>& quantities,
                        const std::vector<int>& signs);
 
-/// What one closed loop did, period by period.
-struct LoopPeaks {
-  Eigen::VectorXd peak;   ///< K, true, at the end of each period
-  Eigen::VectorXd sigma;  ///< K, the filter's deviation of the peak then; 0 after the first period
-};
+/// Noise for `count` treatments of `periods` periods each, a column per treatment, in deviations:
+/// within each block of count - 1 periods every period has mean 0 and deviation 1 over the
+/// treatments and no two are correlated. What is linear in the noise of one such block has then
+/// its exact mean and deviation over the treatments, without the luck of a draw. `count`: 2 at
+/// least. Always the same numbers. Allocates.
+Eigen::MatrixXd balanced_noise(Eigen::Index periods, Eigen::Index count);
 
 /// One tissue at full order and its response to one period of power.
 class DeclaredEye {
@@ -44,10 +44,11 @@ class DeclaredEye {
   /// `cells`: grid; `periods`: as far as loops may run. Throws Error. Allocates.
   DeclaredEye(const Config& config, const Tissue& tissue, std::size_t cells, std::size_t periods);
 
-  /// A treatment by config.control and config.estimator. `seed`: of the noise (plant.noise); none:
-  /// no noise. Throws Error on bad settings. Allocates.
-  LoopPeaks treat(const Config& config, const ReducedModel& model, double alpha,
-                  std::optional<std::uint64_t> seed) const;
+  /// Treatments by config.control and config.estimator, one per column of `noise` (K, a row per
+  /// period, at most as many as `periods`): the true peak at the end of each period, K. Throws
+  /// Error on bad settings. Allocates.
+  Eigen::MatrixXd treat(const Config& config, const ReducedModel& model, double alpha,
+                        const Eigen::MatrixXd& noise) const;
 
  private:
   Config config_;  // of plant, period

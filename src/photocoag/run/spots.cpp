@@ -4,8 +4,10 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/loop/controller.hpp"
@@ -123,30 +125,50 @@ std::size_t count_corners(const Config& config) {
   return std::size_t{1} << name.size();
 }
 
+// The treatments of corner `index` up to number `count`.
+void attack_corner(const Config& config, const ReducedModel& model, const SpotRange& range,
+                   double limit, const CornerAttack& attack, std::size_t index, std::size_t count,
+                   CornerOutcome& outcome) {
+  std::size_t corner = index;
+  outcome.name.clear();
+  const auto eye = std::make_shared<const FullOrderModel>(
+      corner_tissue(config, corner, outcome.name), config.grid);
+  double held = outcome.held_mean * static_cast<double>(outcome.treatments);
+  for (std::size_t& k = outcome.treatments; k < count; ++k) {
+    const std::uint64_t seed = 1 + index * attack.count + k;
+    const double alpha = k == 0   ? range.alpha_high
+                         : k == 1 ? range.alpha_low
+                                  : draw(seed, 0, range.alpha_low, range.alpha_high);
+    const SpotOutcome one = treat_spot(config, model, eye, alpha, limit, seed);
+    outcome.over += one.violations > 0 ? 1 : 0;
+    held += one.held_mean;
+    if (one.peak_max <= outcome.peak_max) continue;
+    outcome.peak_max = one.peak_max;
+    outcome.peak_max_alpha = alpha;
+  }
+  outcome.held_mean = held / static_cast<double>(outcome.treatments);
+}
+
 }  // namespace
 
 std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
-                                          const SpotRange& range, double limit, std::size_t count,
-                                          const Progress& progress) {
+                                          const SpotRange& range, double limit,
+                                          const CornerAttack& attack, const Progress& progress) {
   static_cast<void>(Controller(model, config.control, config.estimator));
   std::vector<CornerOutcome> outcomes(count_corners(config));
   share_out(outcomes.size(), "treating corners", progress, [&](std::size_t i) {
-    CornerOutcome& outcome = outcomes[i];
-    std::size_t corner = i;
-    const auto eye = std::make_shared<const FullOrderModel>(
-        corner_tissue(config, corner, outcome.name), config.grid);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint64_t seed = 1 + i * count + k;
-      const double alpha = k == 0   ? range.alpha_high
-                           : k == 1 ? range.alpha_low
-                                    : draw(seed, 0, range.alpha_low, range.alpha_high);
-      const SpotOutcome one = treat_spot(config, model, eye, alpha, limit, seed);
-      outcome.over += one.violations > 0 ? 1 : 0;
-      outcome.held_mean += one.held_mean / static_cast<double>(count);
-      if (one.peak_max <= outcome.peak_max) continue;
-      outcome.peak_max = one.peak_max;
-      outcome.peak_max_alpha = alpha;
-    }
+    attack_corner(config, model, range, limit, attack, i, std::min(attack.survey, attack.count),
+                  outcomes[i]);
+  });
+  std::vector<std::size_t> order(outcomes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
+    return std::pair(outcomes[i].over, outcomes[i].peak_max) >
+           std::pair(outcomes[j].over, outcomes[j].peak_max);
+  });
+  order.resize(std::min(order.size(), attack.worst));
+  share_out(order.size(), "treating the worst corners", progress, [&](std::size_t i) {
+    attack_corner(config, model, range, limit, attack, order[i], attack.count, outcomes[order[i]]);
   });
   return outcomes;
 }

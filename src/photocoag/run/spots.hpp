@@ -36,22 +36,31 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
                                      const SpotRange& range, double limit, std::size_t count,
                                      const Progress& progress = {});
 
+/// How hard an adversary tries.
+struct CornerAttack {
+  std::size_t survey = 60;   ///< treatments of every corner
+  std::size_t worst = 6;     ///< corners that are treated further: most over, then highest peak
+  std::size_t count = 1500;  ///< treatments of each of these in the end
+};
+
 /// Treatments of one corner of the declared set.
 struct CornerOutcome {
   std::string name;  ///< "-+--…": the signs of spot radius, then of each layer's thickness and,
-                     ///< where alpha does not scale it, absorption
+                     ///< where alpha does not scale it, absorption; empty: nothing declared
+  std::size_t treatments = 0;
   std::size_t over = 0;         ///< treatments above the limit
   double peak_max = 0.0;        ///< K, true, of all of them
   double peak_max_alpha = 0.0;  ///< of that treatment
   double held_mean = 0.0;       ///< K, mean over the treatments
 };
 
-/// An adversary: every combination of the declared extremes, `count` treatments each, the first two
-/// at the ends of the range of alpha, the others at random ones, all with noise of their own. Knows
-/// nothing of how the margin was found. Corners in the order of their names' bits; otherwise as
-/// treat_spots.
+/// An adversary: every combination of the declared extremes, the first two treatments of each at
+/// the ends of the range of alpha, the others at random ones, all with noise of their own; then the
+/// worst corners further. Knows nothing of how the margin was found. Corners in the order of their
+/// names' bits; otherwise as treat_spots. Nothing declared: one corner, the eye as configured.
 std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
-                                          const SpotRange& range, double limit, std::size_t count,
+                                          const SpotRange& range, double limit,
+                                          const CornerAttack& attack,
                                           const Progress& progress = {});
 
 }  // namespace photocoag

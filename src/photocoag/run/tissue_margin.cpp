@@ -9,8 +9,9 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
-#include <optional>
+#include <set>
 #include <thread>
+#include <utility>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/loop/controller.hpp"
@@ -21,23 +22,36 @@ namespace {
 
 constexpr std::size_t kCells = 8000;
 constexpr std::size_t kMaxPeriods = 1000;
-constexpr std::size_t kEnumerated = 7;  // quantities of which all combinations are tried
-constexpr int kAlphas = 10;
+constexpr std::size_t kCombined = 7;  // quantities of which all combinations are tried, at most
+constexpr double kMatters = 0.001;    // of the limit: what such a quantity changes by itself
+constexpr int kAlphas = 28;
+constexpr int kCoarse = 3;  // the whole set is searched at every third alpha
 constexpr double kLowDeviations = 1.6;
 constexpr double kHighDeviations = 3.1;
 constexpr double kSmallestShare = 0.5;
 constexpr int kMaxRounds = 24;
-constexpr double kNear = 0.97;             // of the highest peak: an eye that may become the worst
-constexpr std::size_t kNoisyEyes = 12;     // per stretch of time at most
-constexpr std::uint64_t kNoiseSeeds = 40;  // per such eye
-constexpr std::uint64_t kFirstSeed = 1u << 30;  // noise that no treatment draws
+constexpr double kNear = 0.98;  // of the highest peak: an eye that may become the worst
 
 using Signs = std::vector<int>;
 
+// Treatments of an eye: noise in K, a row per period and a column per treatment. Each takes over
+// where the one before, which is shorter, ends.
+using Noise = std::vector<Eigen::MatrixXd>;
+
 struct Eye {
   std::size_t corner;
-  double alpha;
+  int alpha;  // of the grid
+  bool operator<(const Eye& other) const {
+    return std::pair(corner, alpha) < std::pair(other.corner, other.alpha);
+  }
 };
+
+// What `sigmas` deviations over the noise (the columns) can make of the peak, period by period.
+Eigen::VectorXd highest(const Eigen::MatrixXd& peaks, double sigmas) {
+  const Eigen::VectorXd mean = peaks.rowwise().mean();
+  return mean.array() + sigmas * (peaks.colwise() - mean).rowwise().squaredNorm().array().sqrt() /
+                            std::sqrt(static_cast<double>(peaks.cols()));
+}
 
 // Stretches of time since the start: [first[b], first[b + 1]) in periods from 0 on, each some
 // quarter longer than the one before.
@@ -76,48 +90,45 @@ class Search {
   Search(const Config& config, const ReducedModel& model)
       : config_(config),
         model_(model),
+        limit_(config.control.peak_max),
         quantities_(declared_quantities(config)),
         periods_(std::min(config.cycles(), kMaxPeriods)),
         first_(stretches(periods_)),
         shares_(first_.size() - 1, 1.0) {
     // What a controller refuses is refused here, not in a thread.
     static_cast<void>(Controller(model, config.control, config.estimator));
+    const auto periods = static_cast<Eigen::Index>(periods_);
+    const double kelvin = std::max(config.plant.noise, config.estimator.measurement_noise);
+    const auto noise = [&](Eigen::Index longest, Eigen::Index count) -> Eigen::MatrixXd {
+      return kelvin * balanced_noise(std::min(longest, periods), count);
+    };
+    none_ = Eigen::MatrixXd::Zero(periods, 1);
+    early_ = {noise(15, 16), none_};
+    survey_ = {noise(15, 16), noise(periods, 6)};
+    closely_ = {noise(31, 32), noise(periods, 12)};
     set_corners();
-    const EstimatorSettings& e = config.estimator;
-    const double low = std::max(e.absorption_min,
-                                e.absorption_initial - kLowDeviations * e.absorption_sigma_initial);
-    const double high = std::min(
-        e.absorption_max, e.absorption_initial + kHighDeviations * e.absorption_sigma_initial);
     for (std::size_t corner = 0; corner < corners_.size(); ++corner) {
-      for (int a = 0; a < kAlphas; ++a) {
-        all_.push_back({corner, low + (high - low) * a / (kAlphas - 1.0)});
-      }
+      for (int a = 0; a < kAlphas; a += kCoarse) all_.push_back({corner, a});
     }
   }
 
   TissueMargin run() {
-    const double limit = config_.control.peak_max;
     TissueMargin margin;
     margin.eyes = all_.size();
-    treat(all_);
-    margin.peak_unprotected = *std::max_element(highest_.begin(), highest_.end());
+    treat(all_, survey_);
+    margin.peak_unprotected = top();
     margin.worst = describe_worst();
-    for (int round = 0; above(limit); ++round) {
-      if (round == kMaxRounds) refuse();
-      lower(limit, round);
-      treat(near_);
-      // The worst eye of the backed-off loop may be another one.
-      if (!above(limit)) treat(all_);
+    settle(all_, early_);
+    treat(all_, survey_);
+    // Noise makes other eyes the worst, and so does backing off: until no new eye comes near.
+    std::vector<Eye> near;
+    for (auto fresh = add_near(near); !fresh.empty(); fresh = add_near(near)) {
+      treat(fresh, closely_);
+      if (top() > limit_) settle(near, closely_);
+      margin.peak_protected = std::max(margin.peak_protected, top());
+      treat(all_, survey_);
     }
-    margin.peak_protected = *std::max_element(highest_.begin(), highest_.end());
-    for (int round = 0; round < kMaxRounds; ++round) {
-      treat_with_noise();
-      margin.peak_protected =
-          std::max(margin.peak_protected, *std::max_element(highest_.begin(), highest_.end()));
-      if (!above(limit)) break;
-      lower(limit, round);
-      margin.peak_protected = limit;
-    }
+    if (near.empty()) margin.peak_protected = top();
     margin.factor = *std::max_element(shares_.begin(), shares_.end());
     const bool level = *std::min_element(shares_.begin(), shares_.end()) == margin.factor;
     for (std::size_t b = 0; !level && b < shares_.size(); ++b) {
@@ -127,11 +138,6 @@ class Search {
   }
 
  private:
-  struct Outcome {
-    std::vector<double> highest;  // K, per stretch
-    std::vector<std::size_t> when;
-  };
-
   std::unique_ptr<const DeclaredEye> eye(const Signs& signs) const {
     return std::make_unique<const DeclaredEye>(
         config_, declared_tissue(config_, quantities_, signs), kCells, periods_);
@@ -140,63 +146,65 @@ class Search {
   // All combinations of the quantities that matter most; of the others the signs that raise the
   // peak by themselves, once those of the first periods and once those of the last.
   void set_corners() {
-    const std::size_t count = quantities_.size();
-    std::vector<Signs> rest(1, Signs(count, 0));
-    std::vector<std::size_t> order(count);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    if (count > kEnumerated) rest = rank(order);
-    const std::size_t enumerated = std::min(count, kEnumerated);
-    for (const Signs& base : rest) {
-      for (std::size_t bits = 0; bits < (std::size_t{1} << enumerated); ++bits) {
-        Signs signs = base;
-        for (std::size_t i = 0; i < enumerated; ++i) signs[order[i]] = (bits >> i & 1) ? 1 : -1;
+    const Ranking ranking = rank();
+    const std::size_t combinations = std::size_t{1} << ranking.combined.size();
+    for (std::size_t base = 0; base < (ranking.early == ranking.late ? 1 : 2); ++base) {
+      for (std::size_t bits = 0; bits < combinations; ++bits) {
+        Signs signs = base == 0 ? ranking.late : ranking.early;
+        for (std::size_t i = 0; i < ranking.combined.size(); ++i) {
+          signs[ranking.combined[i]] = (bits >> i & 1) ? 1 : -1;
+        }
         corners_.push_back(std::move(signs));
       }
     }
-    if (quantities_.empty()) corners_ = {{}};
     eyes_.resize(corners_.size());
     for_each_in_parallel(corners_.size(), [&](std::size_t i) { eyes_[i] = eye(corners_[i]); });
   }
 
-  std::vector<Signs> rank(std::vector<std::size_t>& order) const {
+  struct Ranking {
+    std::vector<std::size_t> combined;  // quantities of which all combinations are tried
+    Signs early;                        // of the others; 0: combined
+    Signs late;
+  };
+
+  Ranking rank() const {
     const std::size_t count = quantities_.size();
-    const EstimatorSettings& e = config_.estimator;
     std::vector<double> effect(count, 0.0);
-    std::vector<Signs> rest(2, Signs(count, 1));
+    Ranking ranking{{}, Signs(count, 1), Signs(count, 1)};
     for_each_in_parallel(count, [&](std::size_t i) {
-      for (const double alpha :
-           {e.absorption_initial,
-            e.absorption_initial + kHighDeviations * e.absorption_sigma_initial}) {
-        std::vector<Eigen::VectorXd> peaks;
-        for (const int sign : {-1, 1}) {
-          Signs signs(count, 0);
-          signs[i] = sign;
-          peaks.push_back(eye(signs)->treat(config_, model_, alpha, {}).peak);
-        }
-        const Eigen::VectorXd change = peaks[1] - peaks[0];
+      std::vector<std::unique_ptr<const DeclaredEye>> pair;
+      for (const int sign : {-1, 1}) {
+        Signs signs(count, 0);
+        signs[i] = sign;
+        pair.push_back(eye(signs));
+      }
+      for (const int a : {0, kAlphas / 3, 2 * kAlphas / 3, kAlphas - 1}) {
+        const Eigen::VectorXd change = pair[1]->treat(config_, model_, alpha_of(a), none_) -
+                                       pair[0]->treat(config_, model_, alpha_of(a), none_);
         effect[i] = std::max(effect[i], change.cwiseAbs().maxCoeff());
-        rest[0][i] = change[0] > 0.0 ? 1 : -1;
-        rest[1][i] = change[change.size() - 1] > 0.0 ? 1 : -1;
+        ranking.early[i] = change[0] > 0.0 ? 1 : -1;
+        ranking.late[i] = change[change.size() - 1] > 0.0 ? 1 : -1;
       }
     });
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t i, std::size_t j) { return effect[i] > effect[j]; });
-    return rest;
+    for (const std::size_t i : order) {
+      if (ranking.combined.size() == kCombined || effect[i] < kMatters * limit_) break;
+      ranking.combined.push_back(i);
+      ranking.early[i] = ranking.late[i] = 0;
+    }
+    return ranking;
   }
 
-  Outcome outcome(const LoopPeaks& loop, double sigmas) const {
-    Outcome result{std::vector<double>(shares_.size(), 0.0),
-                   std::vector<std::size_t>(shares_.size())};
-    for (std::size_t b = 0; b < shares_.size(); ++b) {
-      for (std::size_t n = first_[b]; n < first_[b + 1]; ++n) {
-        const auto k = static_cast<Eigen::Index>(n);
-        const double peak = loop.peak[k] + sigmas * loop.sigma[k];
-        if (peak <= result.highest[b]) continue;
-        result.highest[b] = peak;
-        result.when[b] = n;
-      }
-    }
-    return result;
+  double alpha_of(int a) const {
+    const EstimatorSettings& e = config_.estimator;
+    const double low = std::max(e.absorption_min,
+                                e.absorption_initial - kLowDeviations * e.absorption_sigma_initial);
+    const double high = std::min(
+        e.absorption_max, e.absorption_initial + kHighDeviations * e.absorption_sigma_initial);
+    return low + (high - low) * a / (kAlphas - 1.0);
   }
 
   Config told() const {
@@ -207,94 +215,87 @@ class Search {
     return told;
   }
 
-  // Fills highest_ and, of these eyes, those that come near it somewhere.
-  void treat(const std::vector<Eye>& which) {
+  Eigen::VectorXd highest_of(const Config& config, Eye eye, const Noise& noise) const {
+    Eigen::VectorXd peak(none_.rows());
+    Eigen::Index done = 0;
+    for (const Eigen::MatrixXd& one : noise) {
+      const Eigen::VectorXd part =
+          highest(eyes_[eye.corner]->treat(config, model_, alpha_of(eye.alpha), one),
+                  config_.control.robust_sigma);
+      peak.segment(done, one.rows() - done) = part.tail(one.rows() - done);
+      done = one.rows();
+    }
+    return peak;
+  }
+
+  // Fills highest_, of each eye and of all, and which is the worst.
+  void treat(const std::vector<Eye>& eyes, const Noise& noise) {
     const Config config = told();
-    const std::vector<Eye> eyes = which;
-    std::vector<Outcome> outcomes(eyes.size());
+    treated_ = eyes;
+    of_eye_.assign(eyes.size(), std::vector<double>(shares_.size(), 0.0));
+    std::vector<std::size_t> when(eyes.size());
     for_each_in_parallel(eyes.size(), [&](std::size_t i) {
-      outcomes[i] = outcome(eyes_[eyes[i].corner]->treat(config, model_, eyes[i].alpha, {}),
-                            config_.control.robust_sigma);
+      const Eigen::VectorXd peak = highest_of(config, eyes[i], noise);
+      for (std::size_t b = 0; b < shares_.size(); ++b) {
+        of_eye_[i][b] = peak.segment(static_cast<Eigen::Index>(first_[b]),
+                                     static_cast<Eigen::Index>(first_[b + 1] - first_[b]))
+                            .maxCoeff();
+      }
+      Eigen::Index at = 0;
+      peak.maxCoeff(&at);
+      when[i] = static_cast<std::size_t>(at);
     });
     highest_.assign(shares_.size(), 0.0);
-    worst_ = Eye{0, 0.0};
     double worst = 0.0;
     for (std::size_t i = 0; i < eyes.size(); ++i) {
       for (std::size_t b = 0; b < shares_.size(); ++b) {
-        highest_[b] = std::max(highest_[b], outcomes[i].highest[b]);
-        if (outcomes[i].highest[b] <= worst) continue;
-        worst = outcomes[i].highest[b];
-        worst_ = eyes[i];
-        worst_period_ = outcomes[i].when[b];
+        highest_[b] = std::max(highest_[b], of_eye_[i][b]);
       }
+      const double peak = *std::max_element(of_eye_[i].begin(), of_eye_[i].end());
+      if (peak <= worst) continue;
+      worst = peak;
+      worst_ = eyes[i];
+      worst_period_ = when[i];
     }
-    std::vector<Eye> near;
-    std::vector<double> nearness;
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-      double nearest = 0.0;
+  }
+
+  // Lowers the shares until none of these eyes is above the limit.
+  void settle(const std::vector<Eye>& eyes, const Noise& noise) {
+    treat(eyes, noise);
+    for (int round = 0; top() > limit_; ++round) {
+      if (round == kMaxRounds) refuse();
+      lower(round);
+      treat(eyes, noise);
+    }
+  }
+
+  // Adds to `near` those that came near the limit in the last treat(), with their neighbours in
+  // alpha, and returns what is new.
+  std::vector<Eye> add_near(std::vector<Eye>& near) const {
+    std::set<Eye> fresh;
+    for (std::size_t i = 0; i < treated_.size(); ++i) {
+      bool comes_near = false;
       for (std::size_t b = 0; b < shares_.size(); ++b) {
-        if (highest_[b] < kNear * config_.control.peak_max) continue;
-        nearest = std::max(nearest, outcomes[i].highest[b] / highest_[b]);
+        comes_near = comes_near || of_eye_[i][b] > kNear * std::max(limit_, highest_[b]);
       }
-      if (nearest < kNear) continue;
-      near.push_back(eyes[i]);
-    }
-    if (eyes.size() == all_.size()) remember_closest(eyes, outcomes);
-    near_ = std::move(near);
-  }
-
-  // Per stretch the eyes with the highest peaks: they are treated with noise.
-  void remember_closest(const std::vector<Eye>& eyes, const std::vector<Outcome>& outcomes) {
-    std::vector<bool> chosen(eyes.size(), false);
-    for (std::size_t b = 0; b < shares_.size(); ++b) {
-      if (highest_[b] < kNear * config_.control.peak_max) continue;
-      std::vector<std::size_t> order(eyes.size());
-      std::iota(order.begin(), order.end(), std::size_t{0});
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
-        return outcomes[i].highest[b] > outcomes[j].highest[b];
-      });
-      const std::size_t most = std::max<std::size_t>(2, kNoisyEyes / (1 + b));
-      for (std::size_t i = 0; i < std::min(order.size(), most); ++i) chosen[order[i]] = true;
-    }
-    noisy_.clear();
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-      if (chosen[i]) noisy_.push_back(eyes[i]);
-    }
-  }
-
-  void treat_with_noise() {
-    const Config config = told();
-    std::vector<Outcome> outcomes(noisy_.size());
-    for_each_in_parallel(noisy_.size(), [&](std::size_t i) {
-      outcomes[i] = {std::vector<double>(shares_.size(), 0.0), {}};
-      for (std::uint64_t seed = 0; seed < kNoiseSeeds; ++seed) {
-        const Outcome one = outcome(
-            eyes_[noisy_[i].corner]->treat(config, model_, noisy_[i].alpha, kFirstSeed + seed),
-            0.0);
-        for (std::size_t b = 0; b < shares_.size(); ++b) {
-          outcomes[i].highest[b] = std::max(outcomes[i].highest[b], one.highest[b]);
-        }
-      }
-    });
-    highest_.assign(shares_.size(), 0.0);
-    for (const Outcome& one : outcomes) {
-      for (std::size_t b = 0; b < shares_.size(); ++b) {
-        highest_[b] = std::max(highest_[b], one.highest[b]);
+      for (int a = treated_[i].alpha - 1; comes_near && a <= treated_[i].alpha + 1; ++a) {
+        if (a >= 0 && a < kAlphas) fresh.insert({treated_[i].corner, a});
       }
     }
+    for (const Eye& known : near) fresh.erase(known);
+    near.insert(near.end(), fresh.begin(), fresh.end());
+    return {fresh.begin(), fresh.end()};
   }
 
-  bool above(double limit) const {
-    return std::any_of(highest_.begin(), highest_.end(), [&](double peak) { return peak > limit; });
-  }
+  double top() const { return *std::max_element(highest_.begin(), highest_.end()); }
 
   // The peak falls nearly in proportion. Where it does not (a penalty keeps the power up), the
   // stretches before have to give way too.
-  void lower(double limit, int round) {
+  void lower(int round) {
     constexpr int kPatience = 4;
     for (std::size_t b = 0; b < shares_.size(); ++b) {
-      if (highest_[b] <= limit) continue;
-      const double ratio = 0.999 * limit / highest_[b];
+      if (highest_[b] <= limit_) continue;
+      const double ratio = 0.998 * limit_ / highest_[b];
       shares_[b] *= ratio;
       for (std::size_t before = 0; round >= kPatience && before < b; ++before) {
         shares_[before] = std::min(shares_[before], std::max(ratio * shares_[before], shares_[b]));
@@ -309,7 +310,7 @@ class Search {
       text += fmt::format("{} {:+g} %, ", quantities_[i].name,
                           100.0 * corners_[worst_.corner][i] * quantities_[i].relative);
     }
-    return text + fmt::format("alpha {:.3g}, after {:g} ms", worst_.alpha,
+    return text + fmt::format("alpha {:.3g}, after {:g} ms", alpha_of(worst_.alpha),
                               1e3 * config_.control.period * double(worst_period_ + 1));
   }
 
@@ -317,24 +318,28 @@ class Search {
     throw Error(ErrorParts{
         .key = "uncertainty",
         .problem = "no reference from half of control.peak_reference_K on keeps the limit",
-        .found = fmt::format("a highest peak of {:.2f} K for {}",
-                             *std::max_element(highest_.begin(), highest_.end()), describe_worst()),
+        .found = fmt::format("a highest peak of {:.2f} K for {}", top(), describe_worst()),
         .accepted = "smaller uncertainties, control.robust = \"certified\", or a shorter period"});
   }
 
   const Config& config_;
   const ReducedModel& model_;
+  double limit_;  // K
   std::vector<DeclaredQuantity> quantities_;
   std::size_t periods_;
   std::vector<std::size_t> first_;
   std::vector<double> shares_;  // per stretch
+  Eigen::MatrixXd none_;
+  Noise early_;    // of the whole set: first without late noise
+  Noise survey_;   // and then with some, to see who comes near
+  Noise closely_;  // of eyes that come near
   std::vector<Signs> corners_;
   std::vector<std::unique_ptr<const DeclaredEye>> eyes_;
   std::vector<Eye> all_;
-  std::vector<Eye> near_;
-  std::vector<Eye> noisy_;
-  std::vector<double> highest_;  // K, per stretch
-  Eye worst_{0, 0.0};
+  std::vector<Eye> treated_;
+  std::vector<std::vector<double>> of_eye_;  // K, highest peaks, per eye treated and stretch
+  std::vector<double> highest_;              // K, per stretch
+  Eye worst_{0, 0};
   std::size_t worst_period_ = 0;
 };
 

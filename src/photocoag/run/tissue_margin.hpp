@@ -29,12 +29,13 @@ struct TissueMargin {
 bool wants_margin(const Config& config) noexcept;
 
 /// Closed loops (run/declared_eye.hpp) on all corners of the declared set at all alphas of a grid
-/// from 1.6 deviations below the estimator's initial alpha to 3.1 above. Highest peaks, with
-/// robust_sigma deviations of the estimated peak on top, are taken per stretch of time since the
-/// start; each stretch has a share of reference and limit, which is lowered until no eye exceeds
-/// the limit in it; then the eyes that came nearest are treated with noise and the shares lowered
-/// to what their highest peaks ask for. The first 1,000 periods are searched; later ones have the
-/// last share. Takes some seconds. Throws Error if a share below a half were needed. Allocates.
+/// from 1.6 deviations below the estimator's initial alpha to 3.1 above, with noise: of each eye
+/// mean and deviation of the peak over the noise are computed period by period, and the mean plus
+/// robust_sigma deviations is kept below the limit. Each stretch of time since the start has a
+/// share of reference and limit, which is lowered until no eye exceeds the limit in it; eyes that
+/// come near are treated at a finer grid of alphas and with more noise. The first 1,000 periods are
+/// searched; later ones have the last share. Takes some seconds. Throws Error if a share below a
+/// half were needed. Allocates.
 TissueMargin tissue_margin(const Config& config, const ReducedModel& model);
 
 /// `config` with reference, references and limit multiplied by the factor, and the shares.
