@@ -173,7 +173,7 @@ TEST_F(CampaignTest, ALaserCanBeLaterThanTheControllerBelieves) {
 
 TEST_F(CampaignTest, DeclaredUncertaintyBacksOffTheControllerNotTheOutcome) {
   const std::string off = ", \"safety.supervisor=off\", \"run.duration_ms=80\"";
-  const Campaign declared = campaign(1, "", off + ", \"uncertainty.spot_radius_relative=0.1\"");
+  const Campaign declared = campaign(1, "", off + ", \"uncertainty.spot_radius_relative=0.15\"");
   const SpotRecord nominal = first_spot(campaign(1, "", off));
   const SpotModels models = make_spot_models(declared, false);
   const SpotRecord told = SpotRunner(declared, models).run(0);
