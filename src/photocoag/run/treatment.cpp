@@ -92,8 +92,8 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 }
 
 template <Controlling C, Plant P>
-void run(const Config& config, const ReducedModel& model, C& controller, P plant,
-         const Surroundings& around, Treatment& treatment) {
+void run(const Config& config, C& controller, P plant, const Surroundings& around,
+         Treatment& treatment) {
   const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed,
                              {.delay = config.control.delay});
   SimulatedEye<P> eye(
@@ -160,13 +160,13 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   treatment.records.resize(config.cycles());
   if (eye.full) {
     treatment.full_order_states = eye.full->states();
-    run(config, model, controller,
+    run(config, controller,
         FullOrderPlant(eye.full, config.plant.discretization, config.control.period,
                        config.plant.absorption()),
         around, treatment);
   } else {
     treatment.full_order_states = eye.reduced->full_order_states;
-    run(config, model, controller, ReducedPlant(*eye.reduced, config.plant.absorption()), around,
+    run(config, controller, ReducedPlant(*eye.reduced, config.plant.absorption()), around,
         treatment);
   }
   return treatment;

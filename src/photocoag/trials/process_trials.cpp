@@ -35,7 +35,7 @@ std::vector<FaultRow> run_process_faults(const ProcessFaultOptions& options,
     done += 1.0;
     if (!options.only.empty() && options.only != row.id) continue;
     if (!options.supervised && !row.needs_supervisor) continue;
-    rows.push_back({.id = row.id, .first_failure = {}});
+    rows.push_back({.id = row.id, .first_failure = {}, .peak_at = {}});
     row.run(options, rows.back());
   }
   return rows;
