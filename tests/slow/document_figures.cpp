@@ -69,7 +69,7 @@ void add_cases(std::vector<Figures>& list) {
   const Case cases[] = {{"1 kHz, R1 = R2 = 0, N = 2",
                          "paper-1khz",
                          {"{30.40} K | {0} | {7} ms | {0.08} K | {0.5} %",
-                          "{30.54} K | {0} | {3} ms | {0.10} K | {0.5} %"}},
+                          "{30.47} K | {0} | {3} ms | {0.10} K | {0.5} %"}},
                         {"250 Hz a): R1 = 5e4",
                          "paper-250hz-a",
                          {"{30.08} K | {0} | {28} ms | {0.43} K | {0.8} %",
