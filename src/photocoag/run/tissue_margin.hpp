@@ -34,7 +34,7 @@ bool wants_margin(const Config& config) noexcept;
 /// robust_sigma deviations is kept below the limit. Each stretch of time since the start has a
 /// share of reference and limit, which is lowered until no eye exceeds the limit in it; eyes that
 /// come near are treated at a finer grid of alphas and with more noise. The first 1,000 periods are
-/// searched; later ones have the last share. Takes some seconds. Throws Error if a share below a
+/// searched; later ones have the last share. Takes up to minutes. Throws Error if a share below a
 /// half were needed. Allocates.
 TissueMargin tissue_margin(const Config& config, const ReducedModel& model);
 
