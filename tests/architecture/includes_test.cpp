@@ -30,7 +30,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"osqp", {"core", "rom", "qp", "mpc"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
     {"study", {"core", "rom", "fom", "mpc", "loop", "config", "run", "page", "report", "osqp"}},
-    {"campaign", {"core", "tissue", "rom", "fom", "loop", "config", "run", "page", "study"}},
+    {"campaign",
+     {"core", "tissue", "rom", "fom", "loop", "config", "run", "tables", "page", "study"}},
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.

@@ -11,61 +11,12 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/core/utf8.hpp"
+#include "photocoag/tables/hdf5_file.hpp"
 
 namespace photocoag {
 namespace {
 
-// An HDF5 identifier that closes itself.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {
-    if (id_ < 0) throw Error("HDF5 refused to write the results");
-  }
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle& operator=(Handle&&) = delete;
-  operator hid_t() const noexcept { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-void need(herr_t status) {
-  if (status < 0) throw Error("HDF5 refused to write the results");
-}
-
-// The library replaces what is no regular file: it gets a file in memory.
-Handle file_in_memory() {
-  constexpr std::size_t kGrowth = std::size_t{1} << 20U;  // bytes
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  need(H5Pset_fapl_core(access, kGrowth, 0));
-  return {H5Fcreate("memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
-}
-
-std::string image_of(hid_t file) {
-  need(H5Fflush(file, H5F_SCOPE_GLOBAL));
-  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
-  need(size < 0 ? -1 : 0);
-  std::string image(static_cast<std::size_t>(size), '\0');
-  need(H5Fget_file_image(file, image.data(), image.size()) == size ? 0 : -1);
-  return image;
-}
-
-void text_attribute(hid_t object, const char* name, const std::string& value) {
-  const std::string text = valid_utf8(value);
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  need(H5Tset_size(type, std::max<std::size_t>(1, text.size())));
-  // Octave reads no text that is declared as UTF-8: only what needs it is.
-  need(H5Tset_cset(type, is_ascii(text) ? H5T_CSET_ASCII : H5T_CSET_UTF8));
-  need(H5Tset_strpad(type, H5T_STR_NULLPAD));
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  need(H5Awrite(attribute, type, text.c_str()));
-}
+using namespace hdf5;
 
 void count_attribute(hid_t object, const char* name, std::uint64_t value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
