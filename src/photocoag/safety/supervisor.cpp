@@ -126,16 +126,17 @@ void Supervisor::check_estimate(const ControllerReport& report) noexcept {
     stop(SafetyState::kSafeStop, SafetyReason::kAbsorption);
   }
   if (report.updated) {
-    // Where the model's error, or what the estimator's linearization has left, is more than the
-    // noise, innovations may be as large as that.
+    // Innovations may be as large as the estimator expects, the calibrated noise, the model's error
+    // or what the estimator's linearization has left. They are never smaller than the noise.
     const double square = report.innovation * report.innovation;
-    const double variance = report.innovation_sigma * report.innovation_sigma;
+    const double noise = limits_->noise * limits_->noise;
+    const double expected = report.innovation_sigma * report.innovation_sigma;
     const double model =
         (limits_->model_error + kSettlingShare * settling) * witness_.volume_high();
-    memory_.innovations.add(square / variance);
-    memory_.excess.add(square / std::max(variance, model * model));
+    memory_.innovations.add(square);
+    memory_.excess.add(square / std::max({expected, noise, model * model}));
     const bool quiet = limits_->check_quiet != 0 && memory_.innovations.full() &&
-                       memory_.innovations.sum() < kQuietest;
+                       memory_.innovations.sum() < kQuietest * noise;
     if (!(memory_.excess.sum() <= kNoisiest) || quiet) {
       stop(SafetyState::kSafeStop, SafetyReason::kInconsistent);
     }

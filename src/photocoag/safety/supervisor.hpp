@@ -175,8 +175,8 @@ class Supervisor {
     History rejected;
     History overrun_history;
     Window residuals;
-    Window innovations;  // relative to what the estimator expects
-    Window excess;       // the same with the model's error allowed for
+    Window innovations;  // K^2, squared
+    Window excess;       // relative to the largest variance that may be expected
   };
 
   GuardedLimits limits_;
