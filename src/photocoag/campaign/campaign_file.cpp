@@ -41,15 +41,6 @@ std::string text_of(const Value& value, const std::string& key) {
   return value.string;
 }
 
-double number_of(const Value& table, std::string_view key) {
-  const Value& value = required(table, key);
-  if (value.kind == Value::Kind::kInteger) return static_cast<double>(value.integer);
-  if (value.kind != Value::Kind::kFloat || !std::isfinite(value.number)) {
-    refuse(value, std::string(key), "a finite number");
-  }
-  return value.number;
-}
-
 // All results are in memory in the end.
 constexpr std::uint64_t kMostSpots = 10'000'000;
 
@@ -78,70 +69,12 @@ const std::vector<Entry>& items(const Value& root, std::string_view key) {
   return found->entries;
 }
 
-CampaignInput read_input(const Value& table) {
-  if (table.kind != Value::Kind::kTable) refuse(table, "input", "a table");
-  only(table, {"key", "distribution", "mean", "median", "sigma", "sigma_log", "low", "high"});
-  CampaignInput input;
-  input.key = text_of(required(table, "key"), "key");
-  const Value& word = required(table, "distribution");
-  const std::string distribution = text_of(word, "distribution");
-  input.low = number_of(table, "low");
-  input.high = number_of(table, "high");
-  if (!(input.low <= input.high)) refuse(required(table, "high"), "high", "at least low");
-  if (distribution == "normal") {
-    input.distribution = Distribution::kNormal;
-    input.center = number_of(table, "mean");
-    input.spread = number_of(table, "sigma");
-  } else if (distribution == "log-normal") {
-    input.distribution = Distribution::kLogNormal;
-    input.center = number_of(table, "median");
-    input.spread = number_of(table, "sigma_log");
-    if (!(input.center > 0.0)) refuse(required(table, "median"), "median", "above 0");
-  } else if (distribution != "uniform") {
-    refuse(word, "distribution", "normal, log-normal or uniform");
-  }
-  if (input.distribution != Distribution::kUniform) {
-    if (!(input.spread >= 0.0)) refuse(word, "sigma", "0 or more");
-    if (!(input.low <= input.center && input.center <= input.high)) {
-      refuse(word, "mean or median", "between low and high");
-    }
-  }
-  return input;
-}
-
-Eigen::MatrixXd read_correlation(const Value& root, const std::vector<CampaignInput>& inputs) {
-  const auto size = static_cast<Eigen::Index>(inputs.size());
-  Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(size, size);
-  for (const Entry& entry : items(root, "correlation")) {
-    only(entry.value, {"between", "value"});
-    const std::vector<Entry>& pair = items(entry.value, "between");
-    std::vector<Eigen::Index> index;
-    for (const Entry& name : pair) {
-      const std::string key = text_of(name.value, "between");
-      for (std::size_t i = 0; i < inputs.size(); ++i) {
-        if (inputs[i].key == key) index.push_back(static_cast<Eigen::Index>(i));
-      }
-    }
-    if (pair.size() != 2 || index.size() != 2 || index[0] == index[1]) {
-      refuse(entry.value, "correlation.between", "two keys of inputs");
-    }
-    const double value = number_of(entry.value, "value");
-    if (!(std::abs(value) < 1.0)) refuse(entry.value, "correlation.value", "above -1, below 1");
-    correlation(index[0], index[1]) = correlation(index[1], index[0]) = value;
-  }
-  std::optional<Eigen::MatrixXd> factor = cholesky(correlation);
-  if (!factor) {
-    refuse(root, "correlation", "correlations that are possible together (positive definite)");
-  }
-  return *std::move(factor);
-}
-
 // Streams of the random numbers of campaigns; core/random.hpp has those below 1000.
 constexpr std::uint32_t kFirstInputStream = 1000;
 constexpr std::uint32_t kSeedStream = 999;
 constexpr std::uint32_t kMostAttempts = 10'000;
 
-double value_of(const CampaignInput& input, double normal) {
+double value_of(const RandomQuantity& input, double normal) {
   switch (input.distribution) {
     case Distribution::kNormal:
       return input.center + input.spread * normal;
@@ -181,21 +114,15 @@ Campaign load_campaign(const std::string& file) {
   for (const Entry& entry : items(root, "set")) set.push_back(text_of(entry.value, "set"));
   std::vector<UnusedKey> unused;  // a study may share its configuration with others
   campaign.config = load_config(config_file, set, Use::kSimulate, unused);
-  for (const Entry& entry : items(root, "input")) {
-    campaign.inputs.push_back(read_input(entry.value));
-    for (std::size_t i = 0; i + 1 < campaign.inputs.size(); ++i) {
-      if (campaign.inputs[i].key == campaign.inputs.back().key) {
-        refuse(entry.value, campaign.inputs.back().key, "each key once");
-      }
-    }
-  }
-  campaign.correlation_root = read_correlation(root, campaign.inputs);
+  const Prior inputs = read_prior(root, kInputTables);
+  campaign.inputs = inputs.quantities;
   try {
+    campaign.correlation_root = *cholesky(correlation_matrix(inputs, kInputTables));
     for (const bool highest : {false, true}) {
       Config config = campaign.config;
       InputSetter setter(campaign, config);
       std::vector<double> values;
-      for (const CampaignInput& input : campaign.inputs) {
+      for (const RandomQuantity& input : campaign.inputs) {
         values.push_back(highest ? input.high : input.low);
       }
       setter.set(values);
@@ -240,13 +167,7 @@ std::uint64_t noise_seed(const Campaign& campaign, std::uint64_t spot) noexcept 
 }
 
 InputSetter::InputSetter(const Campaign& campaign, Config& config) {
-  std::vector<Field> known = fields(config);
-  for (Layer& layer : config.plant.tissue.layers) {
-    for (Field& field : layer_fields(layer, "plant.tissue.layers." + layer.name)) {
-      known.push_back(std::move(field));
-    }
-  }
-  for (const CampaignInput& input : campaign.inputs) {
+  for (const RandomQuantity& input : campaign.inputs) {
     if (input.key == kCalibrationFactor) {
       targets_.push_back({&factor_, 1.0});
       continue;
@@ -259,16 +180,8 @@ InputSetter::InputSetter(const Campaign& campaign, Config& config) {
       targets_.push_back({&delay_, 1.0});
       continue;
     }
-    double* value = nullptr;
-    double scale = 1.0;
-    for (const Field& field : known) {
-      if (field.key != input.key || !field.key.starts_with("plant.")) continue;
-      if (const auto* number = std::get_if<NumberField>(&field.value)) {
-        value = number->value;
-        scale = std::pow(10.0, number->unit.exponent);
-      }
-    }
-    if (value == nullptr) {
+    const std::optional<EyeNumber> number = eye_number(config, input.key);
+    if (!number) {
       throw Error(ErrorParts{.key = "input.key",
                              .found = input.key,
                              .accepted = "a number of the eye, e.g. plant.absorption_factor, "
@@ -276,7 +189,7 @@ InputSetter::InputSetter(const Campaign& campaign, Config& config) {
                                          "plant.tissue.layers.RPE.thickness_um, or "
                                          "calibration_factor, calibration_offset_K, delay_cycles"});
     }
-    targets_.push_back({value, scale});
+    targets_.push_back(*number);
   }
 }
 

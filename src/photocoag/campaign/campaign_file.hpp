@@ -11,21 +11,10 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/config/random_quantities.hpp"
 #include "photocoag/core/types.hpp"
 
 namespace photocoag {
-
-enum class Distribution { kNormal, kLogNormal, kUniform };
-
-/// One random property of a spot, truncated to [low, high].
-struct CampaignInput {
-  std::string key;  ///< "plant.absorption_factor", "plant.tissue.…", "calibration_factor", …
-  Distribution distribution = Distribution::kUniform;
-  double center = 0.0;  ///< mean (normal) or median (log-normal)
-  double spread = 0.0;  ///< standard deviation (normal), or of the logarithm (log-normal)
-  double low = 0.0;
-  double high = 0.0;
-};
 
 struct Campaign {
   std::string file;
@@ -33,17 +22,16 @@ struct Campaign {
   std::uint64_t spots = 0;
   std::uint64_t seed = 1;
   Config config;
-  std::vector<CampaignInput> inputs;
+  std::vector<RandomQuantity> inputs;
   Eigen::MatrixXd correlation_root;  ///< lower Cholesky factor of the inputs' correlation
 
   /// What the results depend on, as a hash: file, configuration, program.
   std::string identity() const;
 };
 
-/// Errors of the measured volume temperature (factor and offset) and the periods, rounded to 0 or
-/// 1, until a power is really emitted, whatever control.delay_cycles says: no keys of the
-/// configuration.
-inline constexpr std::string_view kCalibrationFactor = "calibration_factor";
+/// Beside kCalibrationFactor no keys of the configuration: the offset of the measured volume
+/// temperature, and the periods, rounded to 0 or 1, until a power is really emitted, whatever
+/// control.delay_cycles says.
 inline constexpr std::string_view kCalibrationOffset = "calibration_offset_K";
 inline constexpr std::string_view kDelay = "delay_cycles";
 
@@ -67,11 +55,7 @@ class InputSetter {
   std::optional<int> delay() const noexcept;  ///< empty: as the controller believes
 
  private:
-  struct Target {
-    double* value;
-    double scale;  ///< SI = written * scale
-  };
-  std::vector<Target> targets_;
+  std::vector<EyeNumber> targets_;
   double factor_ = 1.0;
   double offset_ = 0.0;  ///< K
   double delay_ = std::numeric_limits<double>::quiet_NaN();

@@ -151,7 +151,7 @@ Html worst_section(const Campaign& campaign, const std::vector<SpotRecord>& spot
   Table worst{
       .head = {"spot", "highest peak, K", "over the limit, K", "cycles over", "error of alpha, %"},
       .rows = {}};
-  for (const CampaignInput& input : campaign.inputs) worst.head.push_back(short_name(input.key));
+  for (const RandomQuantity& input : campaign.inputs) worst.head.push_back(short_name(input.key));
   std::string commands;
   for (const std::size_t k : order) {
     const SpotRecord& spot = spots[k];

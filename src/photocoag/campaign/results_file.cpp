@@ -25,7 +25,7 @@ void count_attribute(hid_t object, const char* name, std::uint64_t value) {
   need(H5Awrite(attribute, H5T_NATIVE_UINT64, &value));
 }
 
-std::string describe(const CampaignInput& input) {
+std::string describe(const RandomQuantity& input) {
   switch (input.distribution) {
     case Distribution::kNormal:
       return fmt::format("normal, mean {}, standard deviation {}, truncated to [{}, {}]",
@@ -49,7 +49,7 @@ struct Column {
 std::vector<Column> columns_of(const Campaign& campaign) {
   std::vector<Column> columns = {{"spot", "1", "number of the spot"},
                                  {"noise_seed", "1", "run.seed of the spot"}};
-  for (const CampaignInput& input : campaign.inputs) {
+  for (const RandomQuantity& input : campaign.inputs) {
     columns.push_back({input.key, std::string(input_unit(input.key)), describe(input)});
   }
   for (const OutcomeColumn& outcome : outcome_columns()) {

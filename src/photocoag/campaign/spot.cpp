@@ -17,7 +17,7 @@ BoundaryRange boundary_range(const Campaign& campaign) {
   Config high = campaign.config;
   std::vector<double> lows;
   std::vector<double> highs;
-  for (const CampaignInput& input : campaign.inputs) {
+  for (const RandomQuantity& input : campaign.inputs) {
     lows.push_back(input.low);
     highs.push_back(input.high);
   }
@@ -44,7 +44,7 @@ void stretch(Tissue& tissue, double depth) {
   tissue.layers.back().thickness = depth - before;
 }
 
-bool is_of_tissue(const CampaignInput& input) { return input.key.starts_with("plant.tissue."); }
+bool is_of_tissue(const RandomQuantity& input) { return input.key.starts_with("plant.tissue."); }
 
 }  // namespace
 
@@ -81,7 +81,7 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
     models.margin = tissue_margin(campaign.config, models.controller);
   }
   if (campaign.config.plant.model == PlantModel::kReduced) {
-    for (const CampaignInput& input : campaign.inputs) {
+    for (const RandomQuantity& input : campaign.inputs) {
       if (!is_of_tissue(input)) continue;
       throw Error(ErrorParts{.where = campaign.file,
                              .key = "input.key",
@@ -92,7 +92,7 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
     models.reduced_eye = std::make_unique<ReducedModel>(store.plant_reduced());
     return models;
   }
-  for (const CampaignInput& input : campaign.inputs) {
+  for (const RandomQuantity& input : campaign.inputs) {
     if (input.key != "plant.tissue.domain_radius_um" &&
         input.key != "plant.tissue.layers." + campaign.config.plant.tissue.layers.back().name +
                          ".thickness_um") {

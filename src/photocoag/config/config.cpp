@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "photocoag/config/fields.hpp"
+#include "photocoag/config/random_quantities.hpp"
 #include "photocoag/config/reader.hpp"
 #include "photocoag/config/source.hpp"
 #include "photocoag/config/usage.hpp"
@@ -78,6 +79,24 @@ std::string_view unit_of(const std::string& key, Config& config) {
   return "";
 }
 
+// The posterior takes the place of what else speaks of the same.
+void require_valid_chance(const Config& config) {
+  if (config.control.robust != Robustness::kChance) return;
+  require(config.prior.declared(), "control.robust", std::string_view("\"chance\""),
+          "\"none\" or \"certified\"; \"chance\" needs a [[prior]]");
+  require(!config.uncertainty.declared(), "control.robust", std::string_view("\"chance\""),
+          "\"certified\" with [uncertainty], or \"chance\" with [[prior]] alone");
+  require(config.estimator.kind == EstimatorKind::kEkf, "estimator.kind",
+          std::string_view("\"mhe\""), "\"ekf\" with control.robust = \"chance\"");
+  require(config.estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
+          std::string_view("\"rpe-and-choroid\""),
+          "\"rpe\" with control.robust = \"chance\": a [[prior]] of the choroid's "
+          "absorption_per_m instead");
+  require(config.model.discretization == Discretization::kZeroOrderHold, "model.discretization",
+          to_string(config.model.discretization),
+          "\"zero-order-hold\" with control.robust = \"chance\"");
+}
+
 // Adds what validate() cannot know: the place, the number as written, the unit.
 Error with_place(const Error& error, const Places& places, Config& config) {
   ErrorParts parts = error.parts();
@@ -139,6 +158,8 @@ void Config::validate() const {
   require_positive(run.dose, 1e6, "run.dose");
   constexpr auto kMostSeed = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   require(run.seed <= kMostSeed, "run.seed", std::to_string(run.seed), "from 0 to 2^63 - 1");
+  validate_prior(*this);
+  require_valid_chance(*this);
 }
 
 namespace {

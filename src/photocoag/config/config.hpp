@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "photocoag/config/prior.hpp"
 #include "photocoag/core/discretization.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/fom/grid_settings.hpp"
@@ -86,6 +87,7 @@ struct Config {
   GridSettings grid;
   Tissue tissue;
   UncertaintySettings uncertainty;
+  Prior prior;
   PlantSettings plant;
   PhotoacousticSettings photoacoustics;
   RunSettings run;

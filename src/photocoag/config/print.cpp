@@ -111,6 +111,44 @@ std::string section_text(const Section& section, const std::vector<Field>& all) 
   return text;
 }
 
+std::string quantity_text(const RandomQuantity& q) {
+  const auto line = [](std::string_view key, const std::string& value) {
+    return fmt::format("{:<12} = {}\n", key, value);
+  };
+  const auto number = [&line](std::string_view key, double value) {
+    return line(key, shortest_decimal(value, 0));
+  };
+  std::string text = "\n[[prior]]\n" + line("key", quoted(q.key));
+  switch (q.distribution) {
+    case Distribution::kNormal:
+      text += line("distribution", quoted("normal")) + number("mean", q.center) +
+              number("sigma", q.spread);
+      break;
+    case Distribution::kLogNormal:
+      text += line("distribution", quoted("log-normal")) + number("median", q.center) +
+              number("sigma_log", q.spread);
+      break;
+    case Distribution::kUniform:
+      text += line("distribution", quoted("uniform"));
+      break;
+  }
+  return text + number("low", q.low) + number("high", q.high) +
+         line("use", quoted(q.considered ? "considered" : "estimated"));
+}
+
+std::string prior_text(const Prior& prior) {
+  if (!prior.declared()) return "";
+  std::string text =
+      "\n# what the controller believes of the eye before the first sample; units: the keys'\n";
+  for (const RandomQuantity& q : prior.quantities)
+    text += quantity_text(q).substr(q == prior.quantities.front() ? 1 : 0);
+  for (const Correlation& pair : prior.correlations) {
+    text += fmt::format("\n[[prior_correlation]]\nbetween = [{}, {}]\nvalue   = {}\n",
+                        quoted(pair.first), quoted(pair.second), shortest_decimal(pair.value, 0));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string to_toml(const Config& config) {
@@ -121,6 +159,7 @@ std::string to_toml(const Config& config) {
   for (const Section& section : sections()) {
     if (section.name == "plant.tissue" && !differs) continue;
     text += section_text(section, all);
+    if (section.name == "uncertainty") text += prior_text(config.prior);
   }
   return text;
 }

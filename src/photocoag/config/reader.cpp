@@ -8,6 +8,7 @@
 
 #include "photocoag/config/assign.hpp"
 #include "photocoag/config/fields.hpp"
+#include "photocoag/config/random_quantities.hpp"
 #include "photocoag/config/suggest.hpp"
 #include "photocoag/core/error.hpp"
 
@@ -27,6 +28,10 @@ std::string join(const std::string& path, const std::string& key) {
 bool is_section(std::string_view key) {
   return std::any_of(sections().begin(), sections().end(),
                      [key](const Section& section) { return section.name == key; });
+}
+
+bool is_prior(std::string_view key) {
+  return key == kPriorTables.quantities || key == kPriorTables.correlations;
 }
 
 [[noreturn]] void refuse_unknown(const std::string& key, const Value& value, std::string_view what,
@@ -56,12 +61,13 @@ bool is_section(std::string_view key) {
 
 class Reader {
  public:
-  explicit Reader(Config& config) : fields_(fields(config)) {}
+  explicit Reader(Config& config) : fields_(fields(config)), prior_(config.prior) {}
 
   // All keys but those below plant.tissue.
   void read(const Source& source) {
     folder_ = source.folder;
     read_table(source.root, "");
+    read_prior_of(source.root);
   }
   // Only those below plant.tissue; false if there are none.
   bool read_plant_tissue(const Source& source);
@@ -71,6 +77,7 @@ class Reader {
  private:
   void read_table(const Value& table, const std::string& path);
   void read_field(const Field& field, const Value& value, const std::string& key);
+  void read_prior_of(const Value& root);
   void read_layers(const Field& field, const Value& value);
   void read_layer_array(const Field& field, const Value& array);
   void read_layer(const std::string& path, const Value& table, Layer& layer);
@@ -78,6 +85,7 @@ class Reader {
                                const Value& value) const;
 
   std::vector<Field> fields_;
+  Prior& prior_;
   std::string folder_;
   Places places_;
   std::size_t order_ = 0;
@@ -99,7 +107,7 @@ bool Reader::read_plant_tissue(const Source& source) {
 void Reader::read_table(const Value& table, const std::string& path) {
   for (const auto& [name, value] : table.entries) {
     const std::string key = join(path, name);
-    if (key == kPlantTissue) continue;
+    if (key == kPlantTissue || is_prior(key)) continue;
     if (is_section(key)) {
       if (value.kind != Value::Kind::kTable) refuse_type(key, value, fmt::format("[{}]", key));
       read_table(value, key);
@@ -120,6 +128,31 @@ void Reader::read_field(const Field& field, const Value& value, const std::strin
   assign(field, value, folder_);
   const bool is_number = value.kind == Value::Kind::kInteger || value.kind == Value::Kind::kFloat;
   places_[key] = {value.where, is_number ? value.text : std::string(), ++order_};
+}
+
+// A new prior replaces an earlier one, correlations included.
+void Reader::read_prior_of(const Value& root) {
+  const Value* const quantities = root.find(kPriorTables.quantities);
+  const Value* const correlations = root.find(kPriorTables.correlations);
+  if (quantities == nullptr && correlations == nullptr) return;
+  if (quantities == nullptr) {
+    throw Error({.where = correlations->where,
+                 .key = std::string(kPriorTables.correlations),
+                 .problem = "without a prior beside it",
+                 .accepted = "[[prior]] and [[prior_correlation]] of one file or option"});
+  }
+  prior_ = read_prior(root, kPriorTables);
+  std::erase_if(places_, [](const auto& place) { return place.first.starts_with("prior"); });
+  places_["prior"] = {quantities->where, "", ++order_};
+  if (correlations != nullptr) places_["prior_correlation"] = {correlations->where, "", ++order_};
+  for (const Entry& entry : quantities->entries) {
+    const std::string path = "prior." + entry.value.find("key")->string;
+    places_[path] = {entry.value.find("key")->where, "", ++order_};
+    for (const char* const bound : {"low", "high"}) {
+      const Value& value = *entry.value.find(bound);
+      places_[path + "." + bound] = {value.where, value.text, ++order_};
+    }
+  }
 }
 
 void Reader::read_layers(const Field& field, const Value& value) {
@@ -198,6 +231,9 @@ void Reader::refuse_key(const std::string& path, const std::string& key, const V
     candidates.push_back(std::move(name));
   };
   for (const Section& section : sections()) add(std::string(section.name));
+  for (const std::string_view name : {kPriorTables.quantities, kPriorTables.correlations}) {
+    add(std::string(name));
+  }
   for (const Field& field : fields_) {
     const bool elsewhere = path != kPlantTissue && field.key.starts_with(kPlantTissue);
     if (!elsewhere) add(field.key);

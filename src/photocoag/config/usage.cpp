@@ -51,6 +51,7 @@ constexpr Rule kRules[] = {
     {"tissue.ambient_C", kAll},
     {"uncertainty.",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kSpots})},
+    {"prior", kTreating},
     {"plant.", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) | kMany},
     {"plant.model", bits({Use::kSimulate, Use::kTreat})},
     {"plant.absorption_factor", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) |
@@ -81,9 +82,26 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
   if (key == "control.osqp_tolerance" && c.control.solver == SolverKind::kDense) {
     return "control.solver = \"dense\"";
   }
-  if (key == "control.robust_sigma" && c.control.robust == Robustness::kNone &&
+  const bool chance = c.control.robust == Robustness::kChance;
+  if (key == "control.robust_sigma" && c.control.robust != Robustness::kCertified &&
       !c.uncertainty.declared() && !many) {
-    return "control.robust = \"none\"";
+    return chance ? "control.robust = \"chance\"" : "control.robust = \"none\"";
+  }
+  if (!chance && is({"prior", "control.limit_probability", "control.identification_power_W",
+                     "control.identification_sigma_K"})) {
+    return "control.robust is not \"chance\"";
+  }
+  if (chance && c.prior.find("plant.absorption_factor") != nullptr &&
+      is({"estimator.absorption_initial", "estimator.absorption_sigma_initial"})) {
+    return "the [[prior]] of plant.absorption_factor";
+  }
+  if (chance && c.prior.find("plant.noise_K") != nullptr &&
+      key == "estimator.measurement_noise_K") {
+    return "the [[prior]] of plant.noise_K";
+  }
+  if (c.control.identification_duration == 0.0 &&
+      is({"control.identification_power_W", "control.identification_sigma_K"})) {
+    return "control.identification_ms = 0";
   }
   if (key == "estimator.window" && c.estimator.kind == EstimatorKind::kEkf && !many) {
     return "estimator.kind = \"ekf\"";
@@ -176,6 +194,7 @@ std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, U
   std::vector<UnusedKey> unused;
   for (const auto& [key, place] : places) {
     if (std::find(plain.begin(), plain.end(), key) != plain.end()) continue;
+    if (key.starts_with("prior.") || key == "prior_correlation") continue;  // "prior" says it
     if (!uses(use, key)) {
       unused.push_back({key, ""});
     } else if (std::string why = switched_off(config, key, use); !why.empty()) {

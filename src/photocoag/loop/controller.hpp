@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "photocoag/core/error.hpp"
 #include "photocoag/core/real_time.hpp"
 #include "photocoag/estimation/estimator.hpp"
 #include "photocoag/loop/gate.hpp"
@@ -62,6 +63,12 @@ class BasicController {
         power_max_(control.power_max) {
     if (control.robust == Robustness::kCertified) {
       robust_.emplace(model, control, estimator.absorption_max);
+    }
+    if (control.robust == Robustness::kChance) {
+      throw Error(ErrorParts{.key = "control.robust",
+                             .problem = "this program has no controller for it",
+                             .found = "\"chance\"",
+                             .accepted = "\"none\" or \"certified\""});
     }
     state_ = filter_.state();
   }

@@ -28,6 +28,29 @@ void require_valid_reference(const ControlSettings& s) {
   }
 }
 
+void require_valid_chance(const ControlSettings& s) {
+  require_between(s.limit_probability, 1e-6, 0.5, "control.limit_probability");
+  require_between(s.identification_duration * 1e3, 0.0, 60000.0, "control.identification_ms");
+  require(s.identification_power > 0.0 && s.identification_power <= 1.0,
+          "control.identification_power_W", s.identification_power,
+          "a number above 0, at most 1 W");
+  require_between(s.identification_sigma, 0.0, 50.0, "control.identification_sigma_K");
+  const bool chance = s.robust == Robustness::kChance;
+  require(chance || s.identification_duration == 0.0, "control.identification_ms",
+          s.identification_duration * 1e3, "0, or control.robust = \"chance\"");
+  if (s.identification_duration > 0.0) {
+    require(s.identification_power >= s.power_min && s.identification_power <= s.power_max,
+            "control.identification_power_W", s.identification_power,
+            fmt::format("from control.power_min_W = {} to control.power_max_W = {}", s.power_min,
+                        s.power_max));
+  }
+  if (!chance) return;
+  require(s.solver == SolverKind::kDense, "control.solver", std::string_view("osqp"),
+          "dense with control.robust = \"chance\"");
+  require(s.solve_every == 1, "control.solve_every", s.solve_every,
+          "1 with control.robust = \"chance\"");
+}
+
 }  // namespace
 
 double ControlSettings::reference_at(double time) const noexcept {
@@ -73,6 +96,7 @@ void ControlSettings::validate() const {
   require(solver != SolverKind::kOsqp || (robust == Robustness::kNone && solve_every == 1),
           "control.solver", std::string_view("osqp"),
           "dense or osqp-condensed with control.robust or control.solve_every");
+  require_valid_chance(*this);
   if (state_weight == StateWeight::kDelayed) {
     // The first inputs are then scored by R1 and R2 alone: without them u0 is not unique. Below the
     // floor it is unique on paper only (the outputs' own scale is some 100 K2).

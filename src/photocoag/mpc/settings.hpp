@@ -21,6 +21,7 @@ enum class SolverKind {
 enum class Robustness {
   kNone,       ///< nothing: the limit holds for the estimate
   kCertified,  ///< the model's running error bound and robust_sigma standard deviations (E28)
+  kChance,     ///< what limit_probability asks of the posterior
 };
 
 struct ControlSettings {
@@ -38,7 +39,14 @@ struct ControlSettings {
   std::vector<double> reference_times = {};
   std::vector<double> reference_values = {};
   Robustness robust = Robustness::kNone;
-  double robust_sigma = 4.0;  ///< standard deviations, 0 to 10
+  double robust_sigma = 4.0;        ///< standard deviations, 0 to 10
+  double limit_probability = 1e-3;  ///< of a treatment to exceed peak_max; 1e-6 to 0.5
+  /// A gentle start: at most this long, s, 0 (none) to 60, with this power, W, above 0 and at most
+  /// power_max, until the peak at the reference is known to this deviation, K, 0 (by time only) to
+  /// 50.
+  double identification_duration = 0.0;
+  double identification_power = 0.02;
+  double identification_sigma = 0.0;
   /// Periods from a sample to the power computed from it: 0 (at once) or 1.
   int delay = 0;
   /// Periods from one solution to the next, 1 to N - 1: the plan's powers in between.
