@@ -79,6 +79,7 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   clear_progress();
   const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);
   write_results(request.out / "campaign.h5", campaign, result.spots);
+  write_file((request.out / "summary.json").string(), campaign_json(campaign, result.spots));
   if (!result.spots.empty()) {
     write_file((request.out / "index.html").string(),
                campaign_page(campaign, result.spots, result.full_order_states, again));
@@ -100,11 +101,13 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
       100.0 * summary.probability_high);
   say("held      {:+.3f} +- {:.3f} K from the reference; {} spots never at 95 %\n",
       summary.held_mean_K, summary.held_deviation_K, summary.never_reached);
+  say("          {:+.3f} +- {:.3f} K over the second half\n", summary.half_mean_K,
+      summary.half_deviation_K);
   if (campaign.config.safety.supervised) {
     say("stopped   {} spots by the supervisor\n", summary.stopped);
   }
-  say("results   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
-      (request.out / "index.html").string());
+  say("results   {}\nsummary   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
+      (request.out / "summary.json").string(), (request.out / "index.html").string());
   if (!result.complete) {
     say("STOPPED   the same command continues where this one stopped\n");
     return 1;

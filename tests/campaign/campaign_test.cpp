@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "photocoag/campaign/journal.hpp"
 #include "photocoag/campaign/report.hpp"
@@ -17,6 +18,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "support/thrown.hpp"
 
 namespace photocoag {
 namespace {
@@ -90,6 +92,80 @@ TEST_F(CampaignTest, DrawsFollowTheirDistributions) {
   EXPECT_NEAR(rank_correlation(alpha, factor), -0.58, 0.04);
 }
 
+double outcome(const SpotRecord& record, std::string_view name) {
+  return record.outcomes[outcome_index(name)];
+}
+
+std::string shipped(const std::string& name) {
+  return std::string(PHOTOCOAG_SOURCE_DIR) + "/studies/campaigns/" + name;
+}
+
+TEST_F(CampaignTest, ThePriorsEyesAreThoseOfTheSameInputs) {
+  const Campaign inputs = load_campaign(shipped("safety-1khz.toml"));
+  const Campaign prior = load_campaign(shipped("uncertain-1khz.toml"));
+  EXPECT_EQ(prior.inputs, inputs.inputs) << "configs/uncertain-eye.toml declares the same eyes";
+  EXPECT_EQ(prior.correlation_root, inputs.correlation_root);
+  for (std::uint64_t spot = 0; spot < 20; ++spot) {
+    EXPECT_EQ(draw_inputs(prior, spot), draw_inputs(inputs, spot));
+    EXPECT_EQ(noise_seed(prior, spot), noise_seed(inputs, spot));
+  }
+}
+
+TEST_F(CampaignTest, AnotherSourceOfInputsIsRefused) {
+  const auto refused = [this](const std::string& text) {
+    const std::string file = (folder_ / "campaign.toml").string();
+    write_file(file, "spots = 1\n" + text);
+    return testing::thrown_by([&] { load_campaign(file); });
+  };
+  EXPECT_EQ(refused("inputs = \"posterior\"\n").found, "\"posterior\"");
+  EXPECT_EQ(refused("inputs = \"prior\"\n").accepted, "a configuration that declares a [[prior]]");
+  const std::string both =
+      "inputs = \"prior\"\nset = [\"prior=[{key='plant.noise_K',distribution='uniform',low=0.1,"
+      "high=0.2}]\"]\n";
+  EXPECT_EQ(refused(both + "[[input]]\nkey = \"calibration_factor\"\ndistribution = "
+                           "\"uniform\"\nlow = 0.9\nhigh = 1.1\n")
+                .key,
+            "input");
+}
+
+TEST_F(CampaignTest, EveryShippedCampaignLoads) {
+  for (const auto& entry : fs::directory_iterator(shipped(""))) {
+    EXPECT_NO_THROW(load_campaign(entry.path().string())) << entry.path();
+  }
+}
+
+TEST_F(CampaignTest, TheSummaryIsThatOfTheSpots) {
+  const Campaign one = campaign(4, "", ", \"run.duration_ms=120\", \"control.peak_max_K=30.5\"");
+  const SpotModels models = make_spot_models(one, false);
+  SpotRunner runner(one, models);
+  std::vector<SpotRecord> spots;
+  double half = 0.0;
+  double over = 0.0;
+  double reached = 0.0;
+  for (std::uint64_t spot = 0; spot < 4; ++spot) {
+    spots.push_back(runner.run(spot));
+    double sum = 0.0;
+    for (std::size_t k = 60; k < 120; ++k) sum += runner.treatment().records[k].truth.peak - 30.0;
+    half += sum / 60.0 / 4.0;
+    over += outcome(spots.back(), "over_limit_K") > 0.0 ? 1.0 : 0.0;
+    reached += std::isfinite(outcome(spots.back(), "time_to_95_ms")) ? 0.25 : 0.0;
+    // The share within 1.96 deviations is 1 only if their mean square is below that.
+    EXPECT_GE(outcome(spots.back(), "peak_nees"),
+              (1.0 - outcome(spots.back(), "peak_covered_95")) * 1.96 * 1.96);
+  }
+  const auto json = nlohmann::json::parse(campaign_json(one, spots));
+  EXPECT_EQ(json["spots"], 4);
+  EXPECT_EQ(json["seed"], 1);
+  EXPECT_EQ(json["over_limit_spots"], over);
+  EXPECT_DOUBLE_EQ(json["over_limit_probability"], over / 4.0);
+  EXPECT_NEAR(json["held_half_mean_error_K"].get<double>(), half, 1e-9);
+  EXPECT_DOUBLE_EQ(json["reached_95_percent"], reached);
+  EXPECT_EQ(json["stopped_spots"], 0);
+  for (const char* const key : {"held_mean_error_K", "held_std_error_K", "peak_max_K"}) {
+    EXPECT_TRUE(json[key].is_number()) << key;
+  }
+}
+
 TEST_F(CampaignTest, ThreadsChangeNoBit) {
   const Campaign one = campaign(12);
   EXPECT_EQ(results(one, "one", 1), results(one, "three", 3));
@@ -141,10 +217,6 @@ TEST_F(CampaignTest, AReplayIsTheSpotToTheBit) {
 SpotRecord first_spot(const Campaign& campaign) {
   const SpotModels models = make_spot_models(campaign, false);
   return SpotRunner(campaign, models).run(0);
-}
-
-double outcome(const SpotRecord& record, std::string_view name) {
-  return record.outcomes[outcome_index(name)];
 }
 
 TEST_F(CampaignTest, SpotsAreSupervisedAsTheConfigurationSays) {

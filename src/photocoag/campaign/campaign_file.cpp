@@ -69,6 +69,23 @@ const std::vector<Entry>& items(const Value& root, std::string_view key) {
   return found->entries;
 }
 
+// Its own [[input]], or the configuration's [[prior]].
+Prior inputs_of(const Value& root, const Config& config) {
+  const Value* const source = root.find("inputs");
+  if (source == nullptr) return read_prior(root, kInputTables);
+  if (source->kind != Value::Kind::kString || source->string != "prior") {
+    refuse(*source, "inputs", "\"prior\", or [[input]] tables instead");
+  }
+  for (const std::string_view own : {kInputTables.quantities, kInputTables.correlations}) {
+    if (root.find(own) == nullptr) continue;
+    refuse(*root.find(own), std::string(own), "none beside inputs = \"prior\"");
+  }
+  if (!config.prior.declared()) {
+    refuse(*source, "inputs", "a configuration that declares a [[prior]]");
+  }
+  return config.prior;
+}
+
 // Streams of the random numbers of campaigns; core/random.hpp has those below 1000.
 constexpr std::uint32_t kFirstInputStream = 1000;
 constexpr std::uint32_t kSeedStream = 999;
@@ -95,7 +112,7 @@ std::string Campaign::identity() const {
 
 Campaign load_campaign(const std::string& file) {
   const Value root = read_toml_file(file);
-  only(root, {"spots", "seed", "config", "set", "input", "correlation"});
+  only(root, {"spots", "seed", "config", "set", "inputs", "input", "correlation"});
   Campaign campaign;
   campaign.file = file;
   campaign.text = read_file(file, 1'000'000);
@@ -114,7 +131,7 @@ Campaign load_campaign(const std::string& file) {
   for (const Entry& entry : items(root, "set")) set.push_back(text_of(entry.value, "set"));
   std::vector<UnusedKey> unused;  // a study may share its configuration with others
   campaign.config = load_config(config_file, set, Use::kSimulate, unused);
-  const Prior inputs = read_prior(root, kInputTables);
+  const Prior inputs = inputs_of(root, campaign.config);
   campaign.inputs = inputs.quantities;
   try {
     campaign.correlation_root = *cholesky(correlation_matrix(inputs, kInputTables));

@@ -22,8 +22,8 @@ struct Campaign {
   std::uint64_t spots = 0;
   std::uint64_t seed = 1;
   Config config;
-  std::vector<RandomQuantity> inputs;
-  Eigen::MatrixXd correlation_root;  ///< lower Cholesky factor of the inputs' correlation
+  std::vector<RandomQuantity> inputs;  ///< the file's own, or the configuration's prior
+  Eigen::MatrixXd correlation_root;    ///< lower Cholesky factor of the inputs' correlation
 
   /// What the results depend on, as a hash: file, configuration, program.
   std::string identity() const;

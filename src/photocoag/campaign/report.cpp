@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <tuple>
 
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/statistics.hpp"
+#include "photocoag/core/build_info.hpp"
 #include "photocoag/page/page.hpp"
 
 namespace photocoag {
@@ -210,7 +213,40 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots) {
   for (const double stopped : column(spots, "stopped")) summary.stopped += stopped > 0.0 ? 1 : 0;
   std::tie(summary.held_mean_K, summary.held_deviation_K) =
       mean_and_deviation(column(spots, "held_mean_error_K"));
+  std::tie(summary.half_mean_K, summary.half_deviation_K) =
+      mean_and_deviation(column(spots, "held_half_error_K"));
+  summary.peak_max_K = quantile(column(spots, "peak_max_K"), 1.0);
   return summary;
+}
+
+std::string campaign_json(const Campaign& campaign, const std::vector<SpotRecord>& spots) {
+  const CampaignSummary summary = summarize_campaign(spots);
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
+  const double count = static_cast<double>(summary.spots);
+  const nlohmann::ordered_json json = {
+      {"notice", kResearchNotice},
+      {"spots", summary.spots},
+      {"spots_wanted", campaign.spots},
+      {"seed", campaign.seed},
+      {"over_limit_spots", summary.violations},
+      {"over_limit_probability", summary.probability},
+      {"over_limit_probability_low", summary.probability_low},
+      {"over_limit_probability_high", summary.probability_high},
+      {"held_mean_error_K", number(summary.held_mean_K)},
+      {"held_std_error_K", number(summary.held_deviation_K)},
+      {"held_half_mean_error_K", number(summary.half_mean_K)},
+      {"held_half_std_error_K", number(summary.half_deviation_K)},
+      {"reached_95_percent", number((count - static_cast<double>(summary.never_reached)) / count)},
+      {"stopped_spots", summary.stopped},
+      {"peak_max_K", number(summary.peak_max_K)},
+      {"peak_reference_K", campaign.config.control.peak_reference},
+      {"limit_K", campaign.config.control.peak_max},
+      {"campaign", std::filesystem::path(campaign.file).filename().string()},
+      {"config_sha256", config_sha256(campaign.config)},
+      {"version", version()}};
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,

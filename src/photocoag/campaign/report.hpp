@@ -18,10 +18,16 @@ struct CampaignSummary {
   double probability_high = 0.0;
   double held_mean_K = 0.0;  ///< over the spots: true peak minus reference after 50 ms
   double held_deviation_K = 0.0;
+  double half_mean_K = 0.0;  ///< the same over the second half
+  double half_deviation_K = 0.0;
+  double peak_max_K = 0.0;          ///< of all spots
   std::uint64_t stopped = 0;        ///< spots that the supervisor ended early
   std::uint64_t never_reached = 0;  ///< spots that never got to 95 % of the reference
 };
 CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots);
+
+/// summary.json: the summary with its seed. Null: no spot has a value.
+std::string campaign_json(const Campaign& campaign, const std::vector<SpotRecord>& spots);
 
 /// `replay`: the command up to the number of the spot.
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,

@@ -44,6 +44,60 @@ void stretch(Tissue& tissue, double depth) {
   tissue.layers.back().thickness = depth - before;
 }
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Of the cycles that end after some time; NaN if there are none, or the treatment was stopped.
+struct Held {
+  double error = kNone;         ///< K, mean of true peak minus reference
+  double deviation = kNone;     ///< K, of the true peak
+  double estimate_rms = kNone;  ///< K, of estimated minus true peak
+};
+
+Held held(const Treatment& treatment, double after, double reference) {
+  if (treatment.outcome.stopped) return {};
+  double count = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  double estimate_squares = 0.0;
+  for (const CycleRecord& cycle : treatment.records) {
+    if (cycle.time <= after) continue;
+    const double error = cycle.truth.peak - reference;
+    const double of_estimate = cycle.estimate.outputs.peak - cycle.truth.peak;
+    count += 1.0;
+    sum += error;
+    squares += error * error;
+    estimate_squares += of_estimate * of_estimate;
+  }
+  if (count == 0.0) return {};
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean)),
+          std::sqrt(estimate_squares / count)};
+}
+
+/// Of the estimated peak and its stated deviation, over the cycles from some time on.
+struct Consistency {
+  double nees = kNone;     ///< mean of error^2 / variance
+  double covered = kNone;  ///< share of the cycles within 1.96 deviations
+};
+
+Consistency consistency(const Treatment& treatment, double from) {
+  constexpr double kWithin = 1.96 * 1.96;  // 95 % of a normal distribution
+  constexpr double kRounding = 1e-9;       // s: 5 * 0.001 is not quite 0.005
+  double count = 0.0;
+  double sum = 0.0;
+  double within = 0.0;
+  for (const CycleRecord& cycle : treatment.records) {
+    const double sigma = cycle.estimate.peak_sigma;
+    if (cycle.time < from - kRounding || !(sigma > 0.0)) continue;
+    const double score = (cycle.estimate.outputs.peak - cycle.truth.peak) / sigma;
+    count += 1.0;
+    sum += score * score;
+    within += score * score <= kWithin ? 1.0 : 0.0;
+  }
+  if (count == 0.0) return {};
+  return {sum / count, within / count};
+}
+
 bool is_of_tissue(const RandomQuantity& input) { return input.key.starts_with("plant.tissue."); }
 
 }  // namespace
@@ -61,7 +115,17 @@ const std::vector<OutcomeColumn>& outcome_columns() {
       {"dose_schlott_2012", "1", "Arrhenius integral at the peak, visible lesion at 1"},
       {"dose_welch_polhamus", "1", "Arrhenius integral at the peak, damage at 1"},
       {"unsolved_cycles", "1", "cycles without an answer of the solver"},
-      {"stopped", "1", "1: ended early by the supervisor"}};
+      {"stopped", "1", "1: ended early by the supervisor"},
+      {"reached_95_percent", "1", "1: the true peak got to 95 % of the reference"},
+      {"held_half_error_K", "K",
+       "mean of true peak minus reference over the second half; NaN: stopped"},
+      {"estimate_error_rms_K", "K",
+       "of estimated minus true peak over the second half; NaN: stopped"},
+      {"peak_nees", "1",
+       "mean of (estimated minus true peak)^2 over the estimate's variance from 5 ms on"},
+      {"peak_covered_95", "1",
+       "share of the cycles from 5 ms on with the true peak within 1.96 deviations of the "
+       "estimate"}};
   return columns;
 }
 
@@ -143,32 +207,30 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
   const RunSummaryNumbers numbers = summarize(config_, treatment_);
   const bool stopped = treatment_.outcome.stopped;
   const double reference = config_.control.peak_reference;
-  double late = 0.0;
-  double sum = 0.0;
-  double squares = 0.0;
+  const Held late = held(treatment_, 0.05, reference);
+  const Held half = held(treatment_, 0.5 * config_.run.duration, reference);
+  const Consistency peak = consistency(treatment_, 0.005);
   double unsolved = 0.0;
   for (const CycleRecord& cycle : treatment_.records) {
     unsolved += cycle.decision.status == MpcStatus::kFailed ? 1.0 : 0.0;
-    if (cycle.time <= 0.05 || stopped) continue;
-    const double error = cycle.truth.peak - reference;
-    late += 1.0;
-    sum += error;
-    squares += error * error;
   }
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double mean = late > 0.0 ? sum / late : nan;
   record.outcomes = {numbers.peak_true_max,
                      numbers.peak_true_max - reference,
                      numbers.peak_true_max - numbers.limit,
                      static_cast<double>(numbers.limit_violations),
-                     numbers.time_to_95_percent ? *numbers.time_to_95_percent * 1e3 : nan,
-                     mean,
-                     late > 0.0 ? std::sqrt(std::max(0.0, squares / late - mean * mean)) : nan,
+                     numbers.time_to_95_percent ? *numbers.time_to_95_percent * 1e3 : kNone,
+                     late.error,
+                     late.deviation,
                      100.0 * numbers.absorption_error_final.value_or(0.0),
                      numbers.thermal_dose[0],
                      numbers.thermal_dose[1],
                      unsolved,
-                     stopped ? 1.0 : 0.0};
+                     treatment_.outcome.stopped ? 1.0 : 0.0,
+                     numbers.time_to_95_percent ? 1.0 : 0.0,
+                     half.error,
+                     half.estimate_rms,
+                     peak.nees,
+                     peak.covered};
   return record;
 }
 
