@@ -33,6 +33,7 @@ identification_power_W = 0.02
 identification_sigma_K = 0.0
 delay_cycles        = 0
 solve_every         = 1
+first_power_W       = 0.0
 solver              = "dense"      # or "osqp"
 osqp_tolerance      = 1e-3         # beyond the contract
 
@@ -53,6 +54,9 @@ choroid_sigma_initial = 0.3
 choroid_min = 0.4
 choroid_max = 2.5
 choroid_process_noise = 1e-5
+sample_averaging_periods = 0.0
+sample_lag_periods = 0.0
+power_lag_periods = 0.0
 
 [safety]
 supervisor       = "on"
@@ -110,6 +114,13 @@ model               = "full"       # or "reduced"
 absorption_factor   = 1.1          # the true alpha
 choroid_factor = 1.0
 noise_K             = 0.288
+sample_averaging_periods = 0.0
+sample_lag_periods = 0.0
+power_lag_periods = 0.0
+power_readback = "emitted"
+power_gain = 1.0
+sample_gain = 1.0
+absorption_drift_per_s = 0.0
 zero_power_sample = "measured"
 discretization      = "zero-order-hold"
 

@@ -54,6 +54,26 @@ TEST(Usage, WhatHasNoEffectIsSaidUnlessItIsTheDefault) {
             Keys{"plant.absorption_factor"});
 }
 
+// An eye of its own process has pulses: what cannot be simulated there is refused by its name.
+TEST(Usage, BenchKeysAreRefusedForAnEyeOfItsOwnProcess) {
+  for (const char* option :
+       {"plant.sample_averaging_periods=1", "plant.sample_lag_periods=0.5",
+        "plant.power_lag_periods=0.5", "plant.power_readback=none", "plant.power_gain=1.1",
+        "plant.sample_gain=0.9", "plant.absorption_drift_per_s=0.1"}) {
+    const std::string key(option, std::string_view(option).find('='));
+    for (const Use use : {Use::kTreatEye, Use::kEye}) {
+      EXPECT_EQ(thrown_by([&] { unused_of(use, {option}); }).key, key);
+    }
+    for (const Use use : {Use::kSimulate, Use::kTreat, Use::kSpots}) {
+      EXPECT_TRUE(unused_of(use, {option}).empty()) << key;
+    }
+    EXPECT_EQ(unused_of(Use::kTreatDriver, {option}), std::vector<std::string>{key});
+  }
+  const std::string told = "estimator.sample_averaging_periods";
+  EXPECT_EQ(thrown_by([&] { unused_of(Use::kTreatEye, {told + "=1"}); }).key, told);
+  EXPECT_TRUE(unused_of(Use::kTreatDriver, {told + "=1"}).empty());
+}
+
 TEST(Usage, KeysThatAnotherOneSwitchesOffAreSaidWithIt) {
   const std::pair<const char*, const char*> pairs[] = {
       {"control.osqp_tolerance=1e-4", ""},

@@ -201,7 +201,6 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                             {.sensor_gain = setter_.calibration_factor(),
                              .sensor_offset = setter_.calibration_offset(),
                              .delay = setter_.delay(),
-                             .first_power = std::nullopt,
                              .self_test = false});
 
   const RunSummaryNumbers numbers = summarize(config_, treatment_);

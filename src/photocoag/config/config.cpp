@@ -117,6 +117,33 @@ std::size_t Config::cycles() const noexcept {
   return static_cast<std::size_t>(std::max(1.0, std::round(run.duration / control.period)));
 }
 
+namespace {
+
+void validate_bench(const Config& c) {
+  const BenchSettings& bench = c.plant.bench;
+  require_between(bench.timing.averaging, 0.0, 1.0, "plant.sample_averaging_periods");
+  require_between(bench.timing.sample_lag, 0.0, 1.0, "plant.sample_lag_periods");
+  require_between(bench.timing.power_lag, 0.0, 1.0, "plant.power_lag_periods");
+  require_between(bench.power_gain, 0.5, 2.0, "plant.power_gain");
+  require_between(bench.sample_gain, 0.5, 2.0, "plant.sample_gain");
+  require_between(bench.absorption_drift, -10.0, 10.0, "plant.absorption_drift_per_s");
+  if (bench.needs_intersample()) {
+    require(c.plant.discretization == Discretization::kZeroOrderHold, "plant.discretization",
+            to_string(c.plant.discretization),
+            "\"zero-order-hold\" with lags, averaging or drift of the plant: they need an eye that "
+            "is exact in time");
+    require(c.plant.model == PlantModel::kReduced || c.plant.tissue.uniform_conduction(),
+            "plant.tissue.layers", std::string_view("layers that conduct differently"),
+            "layers that conduct alike with lags, averaging or drift of the plant");
+  }
+  // The mean over a period is not what acts from its lag on.
+  require(c.estimator.timing.power_lag == 0.0 || bench.readback == PowerReadback::kNone,
+          "plant.power_readback", std::string_view("emitted"),
+          "\"none\" with estimator.power_lag_periods: a mean over the period hides when it acts");
+}
+
+}  // namespace
+
 void Config::validate() const {
   control.validate();
   estimator.validate();
@@ -136,6 +163,7 @@ void Config::validate() const {
   require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
   require_between(plant.noise, 0.0, 20.0, "plant.noise_K");
   plant.tissue.validate("plant.tissue");
+  validate_bench(*this);
   require_between(plant.choroid_factor, 0.05, 20.0, "plant.choroid_factor");
   require(plant.choroid_factor == 1.0 || plant.tissue.two_parameters(), "plant.choroid_factor",
           plant.choroid_factor,

@@ -9,6 +9,7 @@
 
 #include "photocoag/config/prior.hpp"
 #include "photocoag/core/discretization.hpp"
+#include "photocoag/core/intersample.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/fom/grid_settings.hpp"
 #include "photocoag/mor/settings.hpp"
@@ -30,19 +31,39 @@ struct ModelSettings {
 
 enum class PlantModel { kFull, kReduced };
 
-/// The simulated eye.
 /// What a period without power shows.
 enum class ZeroPowerSample {
   kMeasured,  ///< a sample: a second laser probes
   kMissing,   ///< nothing: a single laser measures only while it emits
 };
 
+/// What is reported as the power applied in a period.
+enum class PowerReadback {
+  kEmitted,  ///< the mean that the laser emitted
+  kNone,     ///< the command: nothing measures the light
+};
+
+/// What a bench has and an ideal eye has not.
+struct BenchSettings {
+  IntersampleTiming timing;  ///< fractions of a period, each 0 to 1
+  PowerReadback readback = PowerReadback::kEmitted;
+  double power_gain = 1.0;        ///< emitted / commanded, 0.5 to 2
+  double sample_gain = 1.0;       ///< shown / true volume temperature, 0.5 to 2
+  double absorption_drift = 0.0;  ///< 1/s, of alpha relative to its first value; -10 to 10
+
+  /// Outputs between the ends of periods, or a source that changes.
+  bool needs_intersample() const noexcept { return !timing.plain() || absorption_drift != 0.0; }
+  bool operator==(const BenchSettings&) const = default;
+};
+
+/// The simulated eye.
 struct PlantSettings {
   PlantModel model = PlantModel::kFull;
   double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
   double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 where nothing scales
   double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
   ZeroPowerSample zero_power_sample = ZeroPowerSample::kMeasured;
+  BenchSettings bench;
   Discretization discretization = Discretization::kZeroOrderHold;
   Tissue tissue;                ///< [tissue] with the differences of [plant.tissue] applied
   bool tissue_differs = false;  ///< true if [plant.tissue] was given

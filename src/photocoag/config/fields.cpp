@@ -14,6 +14,7 @@ constexpr Unit kMicrometres{"um", -6};
 constexpr Unit kKelvin{"K"};
 constexpr Unit kWatt{"W"};
 constexpr Unit kWeight{"K2/W2"};
+constexpr Unit kPeriods{"periods"};
 
 Field number(std::string key, double& value, Unit unit, Range range, std::string_view meaning) {
   return {std::move(key), NumberField{&value, unit, range}, meaning};
@@ -104,6 +105,9 @@ void add_control(ControlSettings& s, std::vector<Field>& list) {
                "periods from a sample to the power computed from it"),
        integer(key("solve_every"), s.solve_every, 1, 49,
                "periods from one solution to the next, below horizon; its plan in between"),
+       number(key("first_power_W"), s.first_power, kWatt, {0, 1},
+              "of the first period, given instead of solved for: 0.02 in the paper's experiments; "
+              "0: solved for"),
        word(key("solver"), s.solver, {"dense", "osqp", "osqp-condensed"},
             "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
             "problem",
@@ -147,7 +151,13 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
        number(key("choroid_min"), s.choroid_min, kOne, {0.05, 20}, "beta is kept at or above"),
        number(key("choroid_max"), s.choroid_max, kOne, {0.05, 20}, "beta is kept at or below"),
        number(key("choroid_process_noise"), s.choroid_process_noise, kOne, {0, 0.1},
-              "standard deviation added to beta per control sample")});
+              "standard deviation added to beta per control sample"),
+       number(key("sample_averaging_periods"), s.timing.averaging, kPeriods, {0, 1},
+              "known of the samples: means over so much; the three at most 1 in sum"),
+       number(key("sample_lag_periods"), s.timing.sample_lag, kPeriods, {0, 1},
+              "known of the samples: so late"),
+       number(key("power_lag_periods"), s.timing.power_lag, kPeriods, {0, 1},
+              "known of the power: acts so late")});
 }
 
 void add_safety(SafetySettings& s, std::vector<Field>& list) {
@@ -251,6 +261,21 @@ void add_plant(PlantSettings& s, std::vector<Field>& list) {
        number("plant.choroid_factor", s.choroid_factor, kOne, {0.05, 20},
               "the true beta; 1 unless a layer has scaled_by = \"beta\""),
        number("plant.noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample"),
+       number("plant.sample_averaging_periods", s.bench.timing.averaging, kPeriods, {0, 1},
+              "the sample is the mean of the volume temperature over so much of a period; 0: its "
+              "value"),
+       number("plant.sample_lag_periods", s.bench.timing.sample_lag, kPeriods, {0, 1},
+              "and shows what was so long before the period's end"),
+       number("plant.power_lag_periods", s.bench.timing.power_lag, kPeriods, {0, 1},
+              "a power acts so late, and so much longer"),
+       word("plant.power_readback", s.bench.readback, {"emitted", "none"},
+            "mean of the emitted power over the period, or none: the command is taken for it"),
+       number("plant.power_gain", s.bench.power_gain, kOne, {0.5, 2},
+              "emitted / commanded power"),
+       number("plant.sample_gain", s.bench.sample_gain, kOne, {0.5, 2},
+              "shown / true volume temperature, the noise aside"),
+       number("plant.absorption_drift_per_s", s.bench.absorption_drift, {"1/s"}, {-10, 10},
+              "of the true alpha, relative to absorption_factor, linear in time; from 0.05 to 5"),
        word("plant.zero_power_sample", s.zero_power_sample, {"measured", "missing"},
             "missing: a single laser measures only while it emits; then see control.power_min_W"),
        discretization("plant.discretization", s.discretization,

@@ -28,6 +28,10 @@ constexpr std::uint32_t kPulsed = bits({Use::kTreatEye, Use::kEye});
 constexpr std::uint32_t kOfTheEye = bits({Use::kBoundaries, Use::kSchemeErrors}) | kShowing;
 constexpr std::uint32_t kSteps =
     bits({Use::kEye, Use::kCompareReductions, Use::kExport}) | kReducing | kShowing;
+/// Of the simulated eye in this process alone.
+constexpr std::uint32_t kBench = bits({Use::kSimulate, Use::kTreat, Use::kSpots});
+/// What a controller may know of a bench.
+constexpr std::uint32_t kTold = kBench | bits({Use::kTreatDriver});
 constexpr std::uint32_t kBuilding = kAll & ~bits({Use::kCalibrate});
 
 /// Of all rules whose beginning a key has, the longest holds.
@@ -39,6 +43,9 @@ constexpr Rule kRules[] = {
     {"control.", kTreating | kMany},
     {"control.period_ms", kTreating | kMany | kSteps},
     {"estimator.", kTreating | kMany},
+    {"estimator.sample_averaging_periods", kTold},
+    {"estimator.sample_lag_periods", kTold},
+    {"estimator.power_lag_periods", kTold},
     {"safety.", kTreating | kMany},
     {"safety.real_time", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver})},
     {"safety.core", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kEye})},
@@ -60,6 +67,13 @@ constexpr Rule kRules[] = {
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kExport}) | kMany |
          kOfTheEye},
     {"plant.noise_K", kTreating | kMany | bits({Use::kEye})},
+    {"plant.sample_averaging_periods", kBench},
+    {"plant.sample_lag_periods", kBench},
+    {"plant.power_lag_periods", kBench},
+    {"plant.power_readback", kBench},
+    {"plant.power_gain", kBench},
+    {"plant.sample_gain", kBench},
+    {"plant.absorption_drift_per_s", kBench},
     {"plant.discretization", bits({Use::kSimulate, Use::kTreat}) | kMany | kShowing},
     {"plant.tissue",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kSchemeErrors}) | kMany |
@@ -204,7 +218,24 @@ std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, U
   return unused;
 }
 
+// What an eye of its own process cannot serve, wherever it was given.
+void refuse_bench_keys(const Config& config, const Places& places, Use use) {
+  const std::vector<std::string> plain = at_default(config);
+  for (const auto& [key, place] : places) {
+    const bool refused = std::any_of(
+        std::begin(kRules), std::end(kRules), [&key = key, use](const Rule& rule) {
+          return rule.beginning == key &&
+                 (rule.used_by == kBench || (rule.used_by == kTold && use == Use::kTreatEye));
+        });
+    if (!refused || std::find(plain.begin(), plain.end(), key) != plain.end()) continue;
+    refuse(key, place, "an eye of its own process measures and heats by its pulses",
+           place.text.empty() ? "another value than the default" : place.text,
+           "the default, or the simulated eye of the same process (no --device)");
+  }
+}
+
 void refuse_contradictions(const Config& config, const Places& places, Use use) {
+  if (use == Use::kTreatEye || use == Use::kEye) refuse_bench_keys(config, places, use);
   const auto option = [&places](const char* key) -> const Place* {
     const auto found = places.find(key);
     const bool is_option = found != places.end() && found->second.where.starts_with("--set ");

@@ -31,6 +31,14 @@ void EstimatorSettings::validate() const {
                       choroid_max));
   require_positive(choroid_sigma_initial, 2.0, "estimator.choroid_sigma_initial");
   require_between(choroid_process_noise, 0.0, 0.1, "estimator.choroid_process_noise");
+  require_between(timing.averaging, 0.0, 1.0, "estimator.sample_averaging_periods");
+  require_between(timing.sample_lag, 0.0, 1.0, "estimator.sample_lag_periods");
+  require_between(timing.power_lag, 0.0, 1.0, "estimator.power_lag_periods");
+  const double whole = timing.averaging + timing.sample_lag + timing.power_lag;
+  require(whole <= 1.0, "estimator.sample_lag_periods", timing.sample_lag,
+          fmt::format("with sample_averaging_periods = {} and power_lag_periods = {} at most 1 in "
+                      "sum; control.delay_cycles is a whole period",
+                      timing.averaging, timing.power_lag));
   if (outlier_sigma != 0.0) {
     require(outlier_sigma >= 3.0 && outlier_sigma <= 100.0, "estimator.outlier_sigma",
             outlier_sigma, "0, which means never, or a number from 3 to 100");

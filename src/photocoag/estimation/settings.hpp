@@ -2,6 +2,8 @@
 // configuration.
 #pragma once
 
+#include "photocoag/core/intersample.hpp"
+
 namespace photocoag {
 
 enum class EstimatorKind {
@@ -43,6 +45,10 @@ struct EstimatorSettings {
   double choroid_min = 0.4;                ///< 1, beta is kept inside [min, max]; from 0.05
   double choroid_max = 2.5;                ///< 1, up to 20
   double choroid_process_noise = 1e-5;     ///< 1, as absorption_process_noise; from 0 to 0.1
+
+  /// What is known of the bench, fractions of a period; at most 1 in sum. The model that estimator
+  /// and optimisation get is made of it (rom/intersample.hpp).
+  IntersampleTiming timing;
 
   int unknown_count() const noexcept { return unknowns == Unknowns::kRpe ? 1 : 2; }
 

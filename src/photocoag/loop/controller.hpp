@@ -60,7 +60,8 @@ class BasicController {
         delay_(control.delay),
         solve_every_(control.solve_every),
         planned_stages_(control.horizon - 1),
-        power_max_(control.power_max) {
+        power_max_(control.power_max),
+        first_power_(control.first_power) {
     if (control.robust == Robustness::kCertified) {
       robust_.emplace(model, control, estimator.absorption_max);
     }
@@ -72,10 +73,6 @@ class BasicController {
     }
     state_ = filter_.state();
   }
-
-  /// The first decision is this power, W, whatever the solver finds: the paper's experiments begin
-  /// with a step of 20 mW, after which there is a first sample. Passes the gate as any other.
-  void start_with(double power) noexcept { first_power_ = power; }
 
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
@@ -90,7 +87,9 @@ class BasicController {
     return estimate(status);
   }
 
-  /// The power of the coming period.
+  /// The power of the coming period. The first may be given (control.first_power), whatever the
+  /// solver finds: the paper's experiments begin with a step of 20 mW, after which there is a first
+  /// sample. Passes the gate as any other.
   Decision decide() noexcept PHOTOCOAG_NONBLOCKING {
     const int stage = static_cast<int>(decisions_ % solve_every_);
     if (stage == 0) {
@@ -100,7 +99,7 @@ class BasicController {
                         ? mpc_.planned(stage)
                         : 0.0;
     }
-    if (decisions_ == 0 && first_power_) last_.power = *first_power_;
+    if (decisions_ == 0 && first_power_ > 0.0) last_.power = first_power_;
     ++decisions_;
     const GateResult passed = gate(last_.power, power_max_);
     previous_power_ = passed.power;
@@ -176,9 +175,9 @@ class BasicController {
   int solve_every_;
   int planned_stages_;
   double power_max_;
+  double first_power_;
   double previous_power_ = 0.0;  // applied
   double pending_power_ = 0.0;   // decided last
-  std::optional<double> first_power_;
   long long cycle_ = 0;
   long long decisions_ = 0;
   MpcResult last_;

@@ -51,6 +51,7 @@ struct ControlSettings {
   int delay = 0;
   /// Periods from one solution to the next, 1 to N - 1: the plan's powers in between.
   int solve_every = 1;
+  double first_power = 0.0;  ///< W, given for the first period instead of solved for; 0: solved for
   SolverKind solver = SolverKind::kDense;
   double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
   /// Share of reference and limit in force at the end of period 1, 2, …, the last one ever after;

@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "photocoag/rom/intersample.hpp"
 #include "photocoag/rt/continued_device.hpp"
 #include "photocoag/rt/driver_device.hpp"
 #include "photocoag/rt/eye_device.hpp"
@@ -181,7 +182,8 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
   set_last_resort([](void* d) noexcept { static_cast<DriverDevice*>(d)->safe_off(); }, &device);
   treatment.device = DeviceReport{
       .name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
-  BasicController<Mpc> controller(model, config.control, config.estimator);
+  BasicController<Mpc> controller(told_of(model, config.estimator.timing), config.control,
+                                  config.estimator);
   treat_with(config, controller, device, device_witness(config), around, treatment);
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);

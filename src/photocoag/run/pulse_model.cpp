@@ -209,4 +209,29 @@ void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& la
   }
 }
 
+void see_intersample(WitnessModel& witness, const IntersampleTiming& timing,
+                     const crosscheck::LagSums& lags, double period) {
+  const Window window = sample_windows(timing).window[0];
+  witness.averaged = true;
+  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+    // One that is gone within a period has no rate: it is at its steady state at once.
+    const double decay = witness.decay[i];
+    const double exponent = decay > 0.0 ? -std::log(decay) : 0.0;
+    witness.seen_before[i] = decay > 0.0 ? mean_decay(exponent, window) : 0.0;
+    const double rise = decay > 0.0 ? mean_rise(exponent, window) : 1.0;
+    witness.seen_power[i] = rise / (1.0 - decay);
+  }
+  // What few lags lump together is taken from the many.
+  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
+    double difference = 0.0;
+    for (std::size_t i = 0; i < kWitnessModes; ++i) {
+      difference -= witness.volume[j][i] * witness.seen_power[i];
+    }
+    for (std::size_t i = 0; i < lags.rate.size(); ++i) {
+      difference += lags.at[j].volume[i] * mean_rise(lags.rate[i] * period, window);
+    }
+    witness.seen_feed[j] = difference;
+  }
+}
+
 }  // namespace photocoag

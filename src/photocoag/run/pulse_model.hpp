@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "photocoag/core/intersample.hpp"
 #include "photocoag/crosscheck/lags.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -44,5 +45,9 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFe
 
 /// The same for the witness; what its few lags lump together is taken from the many.
 void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& lags, double period);
+
+/// The same for samples that are late or means and powers that act late (core/intersample.hpp).
+void see_intersample(WitnessModel& witness, const IntersampleTiming& timing,
+                     const crosscheck::LagSums& lags, double period);
 
 }  // namespace photocoag

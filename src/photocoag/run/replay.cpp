@@ -11,6 +11,7 @@
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
+#include "photocoag/rom/intersample.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/pulse_model.hpp"
@@ -103,7 +104,8 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   PulseFeed feed;
   if (pulses) feed = feed_of_fresh_heat(models.model_full(), models.reduced(), per_period);
   const ReducedModel model =
-      pulses ? seen_by_pulses(models.reduced(), per_period, feed) : models.reduced();
+      pulses ? seen_by_pulses(models.reduced(), per_period, feed)
+             : told_of(models.reduced(), config.estimator.timing);
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");

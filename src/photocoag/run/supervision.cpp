@@ -23,7 +23,8 @@ namespace {
 constexpr double kWitnessError = 2e-3;
 
 WitnessModel fitted_witness(const TissueReference& reference, bool both, double period,
-                            Discretization eye, double power_max, int pulses) {
+                            Discretization eye, double power_max, int pulses,
+                            const IntersampleTiming& timing) {
   const crosscheck::FewLags lags = crosscheck::few_lags(reference.lags, kWitnessModes, eye, period);
   WitnessModel witness;
   std::copy(lags.decay.begin(), lags.decay.end(), witness.decay.begin());
@@ -46,6 +47,7 @@ WitnessModel fitted_witness(const TissueReference& reference, bool both, double 
     witness.steady_peak[j] = std::accumulate(gains.begin(), gains.end(), 0.0);
   }
   if (pulses > 0) see_pulses(witness, pulses, reference.lags, period);
+  if (!timing.plain()) see_intersample(witness, timing, reference.lags, period);
   return witness;
 }
 
@@ -91,6 +93,7 @@ WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estima
     Discretization eye{};
     double power_max = 0.0;
     int pulses = 0;
+    IntersampleTiming timing;
     std::shared_ptr<const WitnessModel> witness;
   };
   static std::mutex mutex;
@@ -98,15 +101,16 @@ WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estima
   const auto reference = tissue_reference(tissue, estimator, period);
   const std::lock_guard lock(mutex);
   if (kept.reference != reference || kept.period != period || kept.eye != eye ||
-      kept.power_max != power_max || kept.pulses != pulses) {
+      kept.power_max != power_max || kept.pulses != pulses || kept.timing != estimator.timing) {
     const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
     kept = {reference,
             period,
             eye,
             power_max,
             pulses,
-            std::make_shared<const WitnessModel>(
-                fitted_witness(*reference, both, period, eye, power_max, pulses))};
+            estimator.timing,
+            std::make_shared<const WitnessModel>(fitted_witness(
+                *reference, both, period, eye, power_max, pulses, estimator.timing))};
   }
   return *kept.witness;
 }

@@ -9,10 +9,12 @@
 #include <thread>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/fom/intersample_plant.hpp"
 #include "photocoag/fom/stepper.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
+#include "photocoag/rom/intersample.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -100,8 +102,11 @@ void run(const Config& config, C& controller, P plant, const Surroundings& aroun
       std::move(plant), config.plant.noise, config.run.seed,
       {.delay = around.eye.delay.value_or(config.control.delay),
        .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
-       .sensor_gain = around.eye.sensor_gain,
-       .sensor_offset = around.eye.sensor_offset});
+       .sensor_gain = config.plant.bench.sample_gain * around.eye.sensor_gain,
+       .sensor_offset = around.eye.sensor_offset,
+       .power_gain = config.plant.bench.power_gain,
+       .power_lag = config.plant.bench.timing.power_lag,
+       .readback = config.plant.bench.readback == PowerReadback::kEmitted});
   if (!config.safety.supervised) {
     Unsupervised none;
     return run_under(none, config, controller, eye, around, treatment);
@@ -155,25 +160,32 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   place->decide();
   place->step({.volume_temperature = 0.0, .applied_power = 0.0});
   BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
-  if (around.eye.first_power) controller.start_with(*around.eye.first_power);
   Treatment treatment;
   treatment.records.resize(config.cycles());
-  if (eye.full) {
-    treatment.full_order_states = eye.full->states();
-    run(config, controller,
-        FullOrderPlant(eye.full, config.plant.discretization, config.control.period,
-                       config.plant.absorption()),
-        around, treatment);
+  treatment.full_order_states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
+  const PlantSettings& plant = config.plant;
+  const BenchSettings& bench = plant.bench;
+  const auto treat_eye = [&](auto simulated) {
+    run(config, controller, std::move(simulated), around, treatment);
+  };
+  if (bench.needs_intersample() && eye.full) {
+    treat_eye(IntersamplePlant(eye.full, config.control.period, plant.absorption(), bench.timing,
+                               bench.absorption_drift));
+  } else if (bench.needs_intersample()) {
+    treat_eye(ReducedIntersamplePlant(*eye.reduced, plant.absorption(), bench.timing,
+                                      bench.absorption_drift));
+  } else if (eye.full) {
+    treat_eye(FullOrderPlant(eye.full, plant.discretization, config.control.period,
+                             plant.absorption()));
   } else {
-    treatment.full_order_states = eye.reduced->full_order_states;
-    run(config, controller, ReducedPlant(*eye.reduced, config.plant.absorption()), around,
-        treatment);
+    treat_eye(ReducedPlant(*eye.reduced, plant.absorption()));
   }
   return treatment;
 }
 
-Treatment treat(const Config& config, const ReducedModel& model, const EyeModel& eye,
+Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel& eye,
                 const Surroundings& around) {
+  const ReducedModel model = told_of(plain, config.estimator.timing);
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
     return treat_with<SparseOsqpController>(config, model, eye, around);

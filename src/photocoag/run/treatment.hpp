@@ -75,11 +75,10 @@ struct EyeModel {
 
 /// What a study does to an eye that has no key in the configuration.
 struct EyeDeviation {
-  double sensor_gain = 1.0;           ///< error of the calibration
-  double sensor_offset = 0.0;         ///< K
-  std::optional<int> delay;           ///< periods, if not what control.delay_cycles says
-  std::optional<double> first_power;  ///< W, instead of the first decision
-  bool self_test = true;              ///< false: taken as passed (thousands of eyes)
+  double sensor_gain = 1.0;    ///< error of the calibration, on top of plant.sample_gain
+  double sensor_offset = 0.0;  ///< K
+  std::optional<int> delay;    ///< periods, if not what control.delay_cycles says
+  bool self_test = true;       ///< false: taken as passed (thousands of eyes)
 };
 
 /// One treatment in virtual time on the calling thread with models that are there already; of

@@ -61,13 +61,13 @@ const RunResult& find(const std::vector<RunResult>& results, const std::string& 
 
 }  // namespace
 
-std::map<std::string, double> measure(const Config& config, const Trajectory& loop,
-                                      std::optional<double> first_power) {
+std::map<std::string, double> measure(const Config& config, const Trajectory& loop) {
   const double reference = config.control.peak_reference;
   const double limit = config.control.peak_max;
   const double bound_mW = config.control.power_max * 1e3 * (1.0 - 1e-9);
   const double alpha = config.plant.absorption_factor;
-  const std::size_t begin = first_power ? 1 : 0;  // the first cycle that the controller chose
+  // The first cycle that the controller chose.
+  const std::size_t begin = config.control.first_power > 0.0 ? 1 : 0;
   const std::size_t cycles = loop.peak_K.size();
   std::map<std::string, double> out;
   const auto peak_max = *std::max_element(loop.peak_K.begin(), loop.peak_K.end());

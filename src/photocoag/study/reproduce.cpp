@@ -60,7 +60,7 @@ StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra
       std::vector<std::string> set = study.overrides(run);
       set.insert(set.end(), extra.begin(), extra.end());
       try {
-        jobs.push_back({run.id, load_config(study.base, set), run.first_power});
+        jobs.push_back({run.id, load_config(study.base, set)});
       } catch (const Error& error) {
         throw Error(fmt::format("{}: run {}: {}", study.file.string(), run.id, error.what()));
       }

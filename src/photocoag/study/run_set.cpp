@@ -24,6 +24,7 @@ std::string key_of(Config config) {
   config.run = RunSettings{};
   config.plant.absorption_factor = 1.0;
   config.plant.noise = 0.0;
+  config.plant.bench = BenchSettings{};
   return config_sha256(config);
 }
 
@@ -66,12 +67,10 @@ std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
   return slot->models;
 }
 
-Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
-                    std::optional<double> first_power) {
+Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed) {
   Config one = config;
   one.run.seed = seed;
   EyeDeviation options;
-  options.first_power = first_power;
   options.self_test = false;
   return trajectory_of(simulate_eye(
       one, models.reduced,
@@ -105,8 +104,8 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
       try {
         const Config& config = jobs[job].config;
         Trajectory loop =
-            run_once(told[job], *pool.get(config), config.run.seed + seed, jobs[job].first_power);
-        measured[job][seed] = measure(config, loop, jobs[job].first_power);
+            run_once(told[job], *pool.get(config), config.run.seed + seed);
+        measured[job][seed] = measure(config, loop);
         results[job].trajectories[seed] = std::move(loop);
       } catch (...) {
         const std::lock_guard lock(mutex);

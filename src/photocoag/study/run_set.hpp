@@ -29,8 +29,7 @@ struct Trajectory {
 /// A configuration to run over seeds.
 struct RunJob {
   std::string id;
-  Config config;                      ///< its run.seed is the first seed
-  std::optional<double> first_power;  ///< W, given instead of solved for
+  Config config;  ///< its run.seed is the first seed
 };
 
 /// What came of it: trajectories by seed, and every measure, one value per seed.
@@ -71,12 +70,10 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
                                const RunProgress& progress = {});
 
 /// One closed loop in virtual time.
-Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed,
-                    std::optional<double> first_power);
+Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed);
 
 /// Every measure of one trajectory (docs/studies.md lists them).
-std::map<std::string, double> measure(const Config& config, const Trajectory& trajectory,
-                                      std::optional<double> first_power);
+std::map<std::string, double> measure(const Config& config, const Trajectory& trajectory);
 
 /// Looks terms of predicates up, differences of two runs included. `results` must outlive it.
 MeasureSource measures_of(const std::vector<RunResult>& results);

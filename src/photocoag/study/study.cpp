@@ -111,14 +111,13 @@ class Table {
 };
 
 StudyRun read_run(const Table& table) {
-  table.only({"id", "label", "column", "set", "ink", "dash", "first_power_W"});
+  table.only({"id", "label", "column", "set", "ink", "dash"});
   StudyRun run{.id = table.required("id"),
                .label = table.text("label"),
                .column = table.text("column"),
                .set = table.texts("set"),
                .ink = table.integer("ink", 1),
-               .dash = table.text("dash", "solid"),
-               .first_power = table.number("first_power_W")};
+               .dash = table.text("dash", "solid")};
   if (run.label.empty()) run.label = run.id;
   if (run.ink < 1 || run.ink > 6) table.refuse_key("ink", "1 to 6");
   if (run.dash != "solid" && run.dash != "dashed" && run.dash != "dotted") {

@@ -18,7 +18,6 @@ struct StudyRun {
   std::vector<std::string> set;  ///< after the study's and the column's
   int ink = 1;                   ///< 1 to 6
   std::string dash = "solid";
-  std::optional<double> first_power;  ///< W; the first cycle's power, given instead of solved for
 };
 
 struct StudyColumn {

@@ -91,7 +91,7 @@ std::vector<SweepPoint> sweep(const std::string& config, const std::vector<std::
     for (std::size_t i = 0; i < varied.size(); ++i) {
       overrides.push_back(varied[i].key + "=" + points[k].values[i]);
     }
-    jobs.push_back({std::to_string(k), load_config(config, overrides), {}});
+    jobs.push_back({std::to_string(k), load_config(config, overrides)});
   }
   ModelPool pool(use_cache);
   std::vector<RunResult> results = run_all(jobs, seeds, pool, progress);
