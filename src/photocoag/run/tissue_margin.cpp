@@ -3,18 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
+#include <limits>
 #include <memory>
-#include <mutex>
-#include <numeric>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/parallel.hpp"
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/run/declared_corners.hpp"
 #include "photocoag/run/declared_eye.hpp"
 
 namespace photocoag {
@@ -22,15 +20,14 @@ namespace {
 
 constexpr std::size_t kCells = 8000;
 constexpr std::size_t kMaxPeriods = 1000;
-constexpr std::size_t kCombined = 7;  // quantities of which all combinations are tried, at most
-constexpr double kMatters = 0.001;    // of the limit: what such a quantity changes by itself
 constexpr int kAlphas = 28;
 constexpr int kCoarse = 3;  // the whole set is searched at every third alpha
 constexpr double kLowDeviations = 1.6;
 constexpr double kHighDeviations = 3.1;
 constexpr double kSmallestShare = 0.5;
 constexpr int kMaxRounds = 24;
-constexpr double kNear = 0.98;  // of the highest peak: an eye that may become the worst
+constexpr double kNear = 0.98;   // of the highest peak: an eye that may become the worst
+constexpr double kSlack = 0.02;  // of the limit: what one treatment foretells of the next, at most
 
 using Signs = std::vector<int>;
 
@@ -44,6 +41,12 @@ struct Eye {
   bool operator<(const Eye& other) const {
     return std::pair(corner, alpha) < std::pair(other.corner, other.alpha);
   }
+};
+
+// What is known of an eye in a stretch of time, from a treatment with another share or less noise.
+struct Known {
+  double peak = std::numeric_limits<double>::infinity();  // K, over the share then
+  double slack = 0.0;                                     // K, what may come on top
 };
 
 // What `sigmas` deviations over the noise (the columns) can make of the peak, period by period.
@@ -62,28 +65,6 @@ std::vector<std::size_t> stretches(std::size_t periods) {
   return first;
 }
 
-void for_each_in_parallel(std::size_t count, const auto& task) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto work = [&] {
-    try {
-      for (std::size_t i = next++; i < count; i = next++) task(i);
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-      next = count;
-    }
-  };
-  std::vector<std::thread> others;
-  for (unsigned n = 1; n < std::max(1U, std::thread::hardware_concurrency()); ++n) {
-    others.emplace_back(work);
-  }
-  work();
-  for (std::thread& other : others) other.join();
-  if (failure) std::rethrow_exception(failure);
-}
-
 /// The search: corners, alphas, stretches and the highest peaks in them.
 class Search {
  public:
@@ -99,6 +80,7 @@ class Search {
     static_cast<void>(Controller(model, config.control, config.estimator));
     const auto periods = static_cast<Eigen::Index>(periods_);
     const double kelvin = std::max(config.plant.noise, config.estimator.measurement_noise);
+    noise_slack_ = config.control.robust_sigma * kelvin;
     const auto noise = [&](Eigen::Index longest, Eigen::Index count) -> Eigen::MatrixXd {
       return kelvin * balanced_noise(std::min(longest, periods), count);
     };
@@ -106,27 +88,42 @@ class Search {
     early_ = {noise(15, 16), none_};
     survey_ = {noise(15, 16), noise(periods, 6)};
     closely_ = {noise(31, 32), noise(periods, 12)};
-    set_corners();
+    std::vector<double> alphas;
+    for (const int a : {0, kAlphas / 3, 2 * kAlphas / 3, kAlphas - 1}) {
+      alphas.push_back(alpha_of(a));
+    }
+    corners_ = declared_corners(config, model, quantities_, alphas, kCells, periods_);
+    eyes_.resize(corners_.size());
+    for_each_in_parallel(corners_.size(), [&](std::size_t i) {
+      eyes_[i] = std::make_unique<const DeclaredEye>(
+          config, declared_tissue(config, quantities_, corners_[i]), kCells, periods_);
+    });
     for (std::size_t corner = 0; corner < corners_.size(); ++corner) {
       for (int a = 0; a < kAlphas; a += kCoarse) all_.push_back({corner, a});
     }
+    known_.assign(corners_.size() * kAlphas, std::vector<Known>(shares_.size()));
   }
 
   TissueMargin run() {
     TissueMargin margin;
     margin.eyes = all_.size();
-    treat(all_, survey_);
+    treat(all_, {none_}, 0.0);
+    treat(all_, survey_, kNear * top());
     margin.peak_unprotected = top();
     margin.worst = describe_worst();
-    settle(all_, early_);
-    treat(all_, survey_);
+    treat(all_, early_, limit_);
+    settle(early_);
+    survey();
     // Noise makes other eyes the worst, and so does backing off: until no new eye comes near.
     std::vector<Eye> near;
     for (auto fresh = add_near(near); !fresh.empty(); fresh = add_near(near)) {
-      treat(fresh, closely_);
-      if (top() > limit_) settle(near, closely_);
+      treat(fresh, closely_, std::min(limit_, foretold(fresh)));
+      if (top() > limit_) {
+        if (fresh.size() < near.size()) treat(near, closely_, limit_);
+        settle(closely_);
+      }
       margin.peak_protected = std::max(margin.peak_protected, top());
-      treat(all_, survey_);
+      survey();
     }
     if (near.empty()) margin.peak_protected = top();
     margin.factor = *std::max_element(shares_.begin(), shares_.end());
@@ -138,66 +135,6 @@ class Search {
   }
 
  private:
-  std::unique_ptr<const DeclaredEye> eye(const Signs& signs) const {
-    return std::make_unique<const DeclaredEye>(
-        config_, declared_tissue(config_, quantities_, signs), kCells, periods_);
-  }
-
-  // All combinations of the quantities that matter most; of the others the signs that raise the
-  // peak by themselves, once those of the first periods and once those of the last.
-  void set_corners() {
-    const Ranking ranking = rank();
-    const std::size_t combinations = std::size_t{1} << ranking.combined.size();
-    for (std::size_t base = 0; base < (ranking.early == ranking.late ? 1 : 2); ++base) {
-      for (std::size_t bits = 0; bits < combinations; ++bits) {
-        Signs signs = base == 0 ? ranking.late : ranking.early;
-        for (std::size_t i = 0; i < ranking.combined.size(); ++i) {
-          signs[ranking.combined[i]] = (bits >> i & 1) ? 1 : -1;
-        }
-        corners_.push_back(std::move(signs));
-      }
-    }
-    eyes_.resize(corners_.size());
-    for_each_in_parallel(corners_.size(), [&](std::size_t i) { eyes_[i] = eye(corners_[i]); });
-  }
-
-  struct Ranking {
-    std::vector<std::size_t> combined;  // quantities of which all combinations are tried
-    Signs early;                        // of the others; 0: combined
-    Signs late;
-  };
-
-  Ranking rank() const {
-    const std::size_t count = quantities_.size();
-    std::vector<double> effect(count, 0.0);
-    Ranking ranking{{}, Signs(count, 1), Signs(count, 1)};
-    for_each_in_parallel(count, [&](std::size_t i) {
-      std::vector<std::unique_ptr<const DeclaredEye>> pair;
-      for (const int sign : {-1, 1}) {
-        Signs signs(count, 0);
-        signs[i] = sign;
-        pair.push_back(eye(signs));
-      }
-      for (const int a : {0, kAlphas / 3, 2 * kAlphas / 3, kAlphas - 1}) {
-        const Eigen::VectorXd change = pair[1]->treat(config_, model_, alpha_of(a), none_) -
-                                       pair[0]->treat(config_, model_, alpha_of(a), none_);
-        effect[i] = std::max(effect[i], change.cwiseAbs().maxCoeff());
-        ranking.early[i] = change[0] > 0.0 ? 1 : -1;
-        ranking.late[i] = change[change.size() - 1] > 0.0 ? 1 : -1;
-      }
-    });
-    std::vector<std::size_t> order(count);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t i, std::size_t j) { return effect[i] > effect[j]; });
-    for (const std::size_t i : order) {
-      if (ranking.combined.size() == kCombined || effect[i] < kMatters * limit_) break;
-      ranking.combined.push_back(i);
-      ranking.early[i] = ranking.late[i] = 0;
-    }
-    return ranking;
-  }
-
   double alpha_of(int a) const {
     const EstimatorSettings& e = config_.estimator;
     const double low = std::max(e.absorption_min,
@@ -215,31 +152,72 @@ class Search {
     return told;
   }
 
-  Eigen::VectorXd highest_of(const Config& config, Eye eye, const Noise& noise) const {
-    Eigen::VectorXd peak(none_.rows());
+  std::vector<Known>& known(Eye eye) {
+    return known_[eye.corner * kAlphas + static_cast<std::size_t>(eye.alpha)];
+  }
+
+  const std::vector<Known>& known(Eye eye) const {
+    return known_[eye.corner * kAlphas + static_cast<std::size_t>(eye.alpha)];
+  }
+
+  // How many periods of this eye have to be treated: to the end of the last stretch in which it may
+  // reach `floor`, K.
+  std::size_t needed(Eye eye, double floor) const {
+    const std::vector<Known>& of = known(eye);
+    for (std::size_t b = shares_.size(); b-- > 0;) {
+      if (of[b].peak * shares_[b] + of[b].slack >= floor) return first_[b + 1];
+    }
+    return 0;
+  }
+
+  // The highest that is foretold of these eyes, K.
+  double foretold(const std::vector<Eye>& eyes) const {
+    double most = 0.0;
+    for (const Eye& eye : eyes) {
+      for (std::size_t b = 0; b < shares_.size(); ++b) {
+        most = std::max(most,
+                        known_[eye.corner * kAlphas + static_cast<std::size_t>(eye.alpha)][b].peak *
+                            shares_[b]);
+      }
+    }
+    return most;
+  }
+
+  // Period by period, 0 beyond `periods`.
+  Eigen::VectorXd highest_of(const Config& config, Eye eye, const Noise& noise,
+                             std::size_t periods) const {
+    Eigen::VectorXd peak = Eigen::VectorXd::Zero(none_.rows());
     Eigen::Index done = 0;
     for (const Eigen::MatrixXd& one : noise) {
+      const Eigen::Index rows = std::min(one.rows(), static_cast<Eigen::Index>(periods));
+      if (rows <= done) break;
       const Eigen::VectorXd part =
-          highest(eyes_[eye.corner]->treat(config, model_, alpha_of(eye.alpha), one),
+          highest(eyes_[eye.corner]->treat(config, model_, alpha_of(eye.alpha), one.topRows(rows)),
                   config_.control.robust_sigma);
-      peak.segment(done, one.rows() - done) = part.tail(one.rows() - done);
-      done = one.rows();
+      peak.segment(done, rows - done) = part.tail(rows - done);
+      done = rows;
     }
     return peak;
   }
 
-  // Fills highest_, of each eye and of all, and which is the worst.
-  void treat(const std::vector<Eye>& eyes, const Noise& noise) {
+  // Fills highest_, of each eye and of all, and which is the worst; 0 in stretches after the last
+  // one in which an eye may reach `floor`, K.
+  void treat(const std::vector<Eye>& eyes, const Noise& noise, double floor) {
     const Config config = told();
     treated_ = eyes;
     of_eye_.assign(eyes.size(), std::vector<double>(shares_.size(), 0.0));
     std::vector<std::size_t> when(eyes.size());
     for_each_in_parallel(eyes.size(), [&](std::size_t i) {
-      const Eigen::VectorXd peak = highest_of(config, eyes[i], noise);
-      for (std::size_t b = 0; b < shares_.size(); ++b) {
+      const std::size_t periods = needed(eyes[i], floor);
+      const Eigen::VectorXd peak = highest_of(config, eyes[i], noise, periods);
+      for (std::size_t b = 0; first_[b] < periods; ++b) {
         of_eye_[i][b] = peak.segment(static_cast<Eigen::Index>(first_[b]),
                                      static_cast<Eigen::Index>(first_[b + 1] - first_[b]))
                             .maxCoeff();
+        const bool noisy = noise.back().cols() > 1 ||
+                           first_[b + 1] <= static_cast<std::size_t>(noise.front().rows());
+        known(eyes[i])[b] = {of_eye_[i][b] / shares_[b],
+                             noisy && noise.front().cols() > 1 ? kSlack * limit_ : noise_slack_};
       }
       Eigen::Index at = 0;
       peak.maxCoeff(&at);
@@ -259,19 +237,20 @@ class Search {
     }
   }
 
-  // Lowers the shares until none of these eyes is above the limit.
-  void settle(const std::vector<Eye>& eyes, const Noise& noise) {
-    treat(eyes, noise);
+  void survey() { treat(all_, survey_, kNear * std::min(limit_, foretold(all_))); }
+
+  // Lowers the shares until none of the eyes treated last is above the limit.
+  void settle(const Noise& noise) {
     for (int round = 0; top() > limit_; ++round) {
       if (round == kMaxRounds) refuse();
       lower(round);
-      treat(eyes, noise);
+      treat(std::vector<Eye>(treated_), noise, limit_);
     }
   }
 
   // Adds to `near` those that came near the limit in the last treat(), with their neighbours in
   // alpha, and returns what is new.
-  std::vector<Eye> add_near(std::vector<Eye>& near) const {
+  std::vector<Eye> add_near(std::vector<Eye>& near) {
     std::set<Eye> fresh;
     for (std::size_t i = 0; i < treated_.size(); ++i) {
       bool comes_near = false;
@@ -282,9 +261,21 @@ class Search {
         if (a >= 0 && a < kAlphas) fresh.insert({treated_[i].corner, a});
       }
     }
-    for (const Eye& known : near) fresh.erase(known);
+    for (const Eye& old : near) fresh.erase(old);
+    for (const Eye& eye : fresh) foretell(eye);
     near.insert(near.end(), fresh.begin(), fresh.end());
     return {fresh.begin(), fresh.end()};
+  }
+
+  // Between two alphas of the coarse grid: what is known of either.
+  void foretell(Eye eye) {
+    const int below = eye.alpha - eye.alpha % kCoarse;
+    if (below == eye.alpha) return;
+    const std::vector<Known>& low = known({eye.corner, below});
+    const std::vector<Known>& high = known({eye.corner, below + kCoarse});
+    for (std::size_t b = 0; b < shares_.size(); ++b) {
+      known(eye)[b] = {std::max(low[b].peak, high[b].peak), std::max(low[b].slack, high[b].slack)};
+    }
   }
 
   double top() const { return *std::max_element(highest_.begin(), highest_.end()); }
@@ -329,6 +320,7 @@ class Search {
   std::size_t periods_;
   std::vector<std::size_t> first_;
   std::vector<double> shares_;  // per stretch
+  double noise_slack_ = 0.0;    // K, what noise may add to a treatment without
   Eigen::MatrixXd none_;
   Noise early_;    // of the whole set: first without late noise
   Noise survey_;   // and then with some, to see who comes near
@@ -336,6 +328,7 @@ class Search {
   std::vector<Signs> corners_;
   std::vector<std::unique_ptr<const DeclaredEye>> eyes_;
   std::vector<Eye> all_;
+  std::vector<std::vector<Known>> known_;  // per corner and alpha, per stretch
   std::vector<Eye> treated_;
   std::vector<std::vector<double>> of_eye_;  // K, highest peaks, per eye treated and stretch
   std::vector<double> highest_;              // K, per stretch
