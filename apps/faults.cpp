@@ -1,11 +1,14 @@
 // `photocoag faults`: the fault table, row by row.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <vector>
 
 #include "commands.hpp"
 #include "console.hpp"
 #include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/trials/process_trials.hpp"
 #include "progress.hpp"
 
@@ -20,9 +23,23 @@ std::string shim_beside(const std::filesystem::path& program) {
   return (std::filesystem::exists(folder / name) ? folder / name : installed).string();
 }
 
+void require_row(const std::string& row) {
+  std::vector<std::string> known;
+  for (const FaultCase& test : fault_table()) {
+    if (known.empty() || known.back() != test.id) known.push_back(test.id);
+  }
+  for (const std::string& id : process_fault_ids()) known.push_back(id);
+  if (row.empty() || std::find(known.begin(), known.end(), row) != known.end()) return;
+  throw Error(ErrorParts{.where = "--row",
+                         .problem = "there is no such row",
+                         .found = row,
+                         .accepted = fmt::format("{}", fmt::join(known, ", "))});
+}
+
 }  // namespace
 
 int faults_command(const FaultsOptions& options) {
+  require_row(options.row);
   if (options.kills > 0 || options.stops > 0) return kill_trials(options);
   say("photocoag {}: {}\n", version(), kResearchNotice);
   FaultOptions table{
@@ -40,8 +57,10 @@ int faults_command(const FaultsOptions& options) {
   }
   clear_progress();
   if (rows.empty()) {
-    say("photocoag: no row {}\n", options.row);
-    return 2;
+    throw Error(ErrorParts{.where = "--row",
+                           .problem = "nothing to run without the supervisor",
+                           .found = options.row,
+                           .accepted = "a row that needs it"});
   }
   print("{:<4} {:>6} {:>6} {:>9} {:>9} {:>8} {:>12}  {}\n", "id", "runs", "passed", "detected",
         "slowest", "peak", "false stops", "first failure");

@@ -144,18 +144,18 @@ int run_command(int argc, char** argv) {
   faults_app
       ->add_option("--healthy", faults_options.healthy,
                    "also so many treatments without faults, to count false stops")
-      ->check(whole_number_from(0, 1000000))
+      ->check(whole_number_from(1, 1000000))
       ->type_name("n");
   faults_app
       ->add_option("--kills", faults_options.kills,
                    "instead: SIGKILL so many controllers at random moments of a treatment of the "
                    "eye's process (row T4)")
-      ->check(whole_number_from(0, 100000))
+      ->check(whole_number_from(1, 100000))
       ->type_name("n");
   faults_app
       ->add_option("--stops", faults_options.stops,
                    "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
-      ->check(whole_number_from(0, 100000))
+      ->check(whole_number_from(1, 100000))
       ->type_name("n");
   faults_app
       ->add_option("--allocation-step", faults_options.allocation_step,

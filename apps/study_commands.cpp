@@ -14,8 +14,8 @@
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/run/run_folder.hpp"
 #include "photocoag/page/page.hpp"
+#include "photocoag/run/run_folder.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/sweep.hpp"
 #include "progress.hpp"
@@ -102,9 +102,8 @@ int sweep_command(const SweepOptions& options) {
       print("{:<{}}", point.values[i], varied[i].key.size() + 2);
     }
     for (const auto& [measure, statistic] : sweep_columns()) {
-      print("{:>{}}",
-            fmt::format("{:.4g}", statistic_of(statistic, point.result.measures.at(measure))),
-            measure.size() + 2);
+      const double value = statistic_of(statistic, point.result.measures.at(measure));
+      print("{:>{}}", number_text(value, ""), measure.size() + 2);
     }
     print("\n");
   }

@@ -48,6 +48,18 @@ TEST(StrictInput, EveryNumberOnTheCommandLineIsFiniteAndWhole) {
   EXPECT_EQ(sandbox.entries(), 0U);
 }
 
+TEST(StrictInput, WhatFaultsDoesNotKnowIsRefusedWithWhatIsAccepted) {
+  const Sandbox sandbox;
+  const ProgramResult row = sandbox.run("faults --row Z9", "timeout 20");
+  EXPECT_EQ(row.exit_code, 2);
+  EXPECT_NE(row.err.find("Z9; accepted: M1, M2"), std::string::npos) << row.err;
+  for (const char* option : {"--healthy 0", "--kills 0", "--stops 0"}) {
+    const ProgramResult none = sandbox.run(std::string("faults ") + option, "timeout 20");
+    EXPECT_EQ(none.exit_code, 2) << option;
+    EXPECT_NE(none.err.find("a whole number from 1"), std::string::npos) << none.err;
+  }
+}
+
 TEST(StrictInput, ListsOfNumbersAreStrict) {
   const Sandbox sandbox;
   for (const std::string command :

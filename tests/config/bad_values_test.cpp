@@ -34,8 +34,14 @@ const std::vector<BadOverride> kOverrides = {
      "tissue.layers.RPE.perfusion_W_per_m3K: found -1; accepted: a number from 0 to 100000000 "
      "W/(m3 K)"},
     {{"tissue.layers.RPE.conductivity_W_per_mK=0"},
-     "tissue.layers.RPE.conductivity_W_per_mK: found 0; accepted: a number above 0, at most 1000 "
+     "tissue.layers.RPE.conductivity_W_per_mK: found 0; accepted: a number from 0.001 to 1000 "
      "W/(m K)"},
+    {{"tissue.heat_capacity_J_per_kgK=0.5"},
+     "tissue.heat_capacity_J_per_kgK: found 0.5; accepted: a number from 1 to 100000 J/(kg K)"},
+    {{"uncertainty.spot_radius_relative=0.1", "tissue.layers.choroid.scaled_by=beta",
+      "estimator.unknowns=rpe-and-choroid"},
+     "estimator.unknowns: found \"rpe-and-choroid\"; accepted: \"rpe\" where [uncertainty] "
+     "declares anything"},
     {{"tissue.beam=gauss"},
      "tissue.beam: found \"gauss\"; accepted: \"flat-top\" or \"gaussian\" or "},
     {{"tissue.beam=table"}, "tissue.beam_radius_um: found 0 numbers; accepted: 2 to 256 radii"},

@@ -33,6 +33,7 @@ TEST(CycleLog, HoldsEveryCycleOfAPacedTreatment) {
   EXPECT_EQ(treatment.log.totals.dropped, 0u);
   EXPECT_TRUE(treatment.log.trouble.empty());
   EXPECT_EQ(run_csv(treatment_from(log)), run_csv(treatment));
+  EXPECT_EQ(treatment_from(log).outcome.safety.state, SafetyState::kDone);
   // Each cycle once in every histogram, in the treatment and from the log.
   const CycleHistograms& own = treatment.histograms;
   for (const DurationHistogram* histogram :

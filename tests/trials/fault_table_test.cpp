@@ -21,7 +21,8 @@ class FaultTable : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(FaultTable, EveryRunOfTheRowPasses) {
   // The ends of alpha at one rate; tests/slow has all of it.
-  const std::vector<FaultRow> rows = run_fault_table({.absorptions = {0.35, 1.5},
+  const std::vector<FaultRow> rows = run_fault_table({.min_cells = 20000,
+                                                      .absorptions = {0.35, 1.5},
                                                       .periods = {1e-3},
                                                       .open_periods = {1e-3},
                                                       .delays = {0},
@@ -40,10 +41,10 @@ INSTANTIATE_TEST_SUITE_P(Rows, FaultTable, ::testing::ValuesIn(ids()),
 
 TEST(FaultTableAsAWhole, HasEveryRowOfVirtualTime) {
   const std::vector<std::string> list = ids();
-  const std::set<std::string> expected = {"M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9",
-                                          "A1", "A2", "A3", "A4", "A5", "S1", "S2", "S3", "S4",
-                                          "E1", "E2", "E3", "E4", "T1", "T2", "X1", "X4", "O1",
-                                          "O2", "O3", "O4", "O5", "O6", "O7", "O8", "O9"};
+  const std::set<std::string> expected = {
+      "M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9", "A1",  "A2",  "A3", "A4",
+      "A5", "S1", "S2", "S3", "S4", "E1", "E2", "E3", "E4", "T1",  "T2",  "X1", "X4",
+      "O1", "O2", "O3", "O4", "O5", "O6", "O7", "O8", "O9", "O10", "O11", "O12"};
   EXPECT_EQ(std::set<std::string>(list.begin(), list.end()), expected);
   EXPECT_EQ(list.size(), expected.size()) << "the cases of a row stand together";
 }

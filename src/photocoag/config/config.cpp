@@ -159,6 +159,9 @@ void Config::validate() const {
   require_between(uncertainty.spot_radius, 0.0, 0.5, "uncertainty.spot_radius_relative");
   require_between(uncertainty.thickness, 0.0, 0.5, "uncertainty.thickness_relative");
   require_between(uncertainty.absorption, 0.0, 0.5, "uncertainty.absorption_relative");
+  // The margin's search holds beta where the estimator begins.
+  require(!uncertainty.declared() || estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
+          std::string_view("rpe-and-choroid"), "\"rpe\" where [uncertainty] declares anything");
   tissue.validate("tissue");
   require_between(plant.absorption_factor, 0.05, 5.0, "plant.absorption_factor");
   require_between(plant.noise, 0.0, 20.0, "plant.noise_K");

@@ -82,6 +82,7 @@ class FaultyDevice {
         break;
     }
     if (stuck_ && readback.power == injection_.value) see();
+    if (off_ && readback.power == wrong_) see();
     return readback;
   }
 
@@ -92,6 +93,9 @@ class FaultyDevice {
     }
     if (active() && injection_.fault == Fault::kGone) return DeviceStatus::kGone;
     stuck_ = active() && injection_.fault == Fault::kStuckOn && power == 0.0;
+    off_ = active() && (injection_.fault == Fault::kLaser || injection_.fault == Fault::kLaserAt);
+    wrong_ = injection_.fault == Fault::kLaser ? injection_.value * power : injection_.value;
+    if (off_ && !dark_) return device_.write_power(wrong_, token);
     laser_ = injection_.fault == Fault::kGains ? grown(injection_.laser) : 1.0;
     return device_.write_power(stuck_ ? injection_.value : laser_ * power, token);
   }
@@ -103,6 +107,7 @@ class FaultyDevice {
       diary_.interlock_call = static_cast<std::int64_t>(cycle_);
     }
     if (active() && injection_.fault == Fault::kGone) return;
+    dark_ = true;
     device_.safe_off();
   }
 
@@ -198,6 +203,9 @@ class FaultyDevice {
   DeviceSample previous_;
   DeviceSample frozen_;
   bool stuck_ = false;
+  bool off_ = false;   // the last write was emitted as wrong_, W
+  bool dark_ = false;  // the interlock is open
+  double wrong_ = 0.0;
   double elapsed_ms_ = 0.0;
   double laser_ = 1.0;  // emitted per written power, last write
 };

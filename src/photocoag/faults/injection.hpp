@@ -25,6 +25,8 @@ enum class Fault : std::uint8_t {
   kGain,        ///< times value
   kReadback,    ///< power readback times value
   kStuckOn,     ///< 0 W commanded; the laser emits value, W, all the same
+  kLaser,       ///< the laser emits value times what is commanded and says so
+  kLaserAt,     ///< the laser emits value, W, whatever is commanded, and says so
   kWriteFails,  ///< writes are lost and time out
   kGone,        ///< the device is gone: no sample, writes lost, safe_off lost
   kShutter,

@@ -55,6 +55,10 @@ Treatment treatment_from(const LogContent& log) {
     const LogRecord& last = log.records.back();
     treatment.outcome.safety = last.end.safety;
     treatment.outcome.safety.state = last.safety;
+    // The planned end comes after the last record.
+    if (!treatment.recovered && last.safety == SafetyState::kTreating) {
+      treatment.outcome.safety.state = SafetyState::kDone;
+    }
     treatment.outcome.stopped = last.safety == SafetyState::kSafeStop ||
                                 last.end.safety.reason != SafetyReason::kNone ||
                                 last.decision.status == MpcStatus::kStopped;

@@ -109,6 +109,7 @@ class Supervisor {
   enum class InForce : std::uint8_t { kUnknown, kAsWritten, kLate, kForeign };
   InForce judge_command(double command) const noexcept;
   void check_readback(const Readback& readback, InForce command) noexcept;
+  void judge_excess(const Readback& readback, bool power_known) noexcept;
   void check_clock(const DeviceSample& sample, InForce command) noexcept;
   double wanted() const noexcept;
   double on_its_way() const noexcept;

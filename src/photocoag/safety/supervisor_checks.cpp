@@ -31,6 +31,7 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
                        : memory_.readback_off > 0 ? std::max(readback.power, memory_.written)
                                                   : readback.power;
   account(power);
+  judge_excess(readback, power_known);
   const SafetyReason reason = judge(sample);
   memory_.fresh_sample = reason == SafetyReason::kNone;
   if (memory_.fresh_sample) witness_.learn(sample.volume_temperature);
@@ -86,6 +87,14 @@ void Supervisor::check_readback(const Readback& readback, InForce command) noexc
   }
   if (differs) notice(SafetyReason::kPowerReadback);
   if (memory_.readback_off >= 2) stop(SafetyState::kSafeStop, SafetyReason::kPowerReadback, true);
+}
+
+/// Power that is not what was commanded is given a second period, unless the same again overheats.
+void Supervisor::judge_excess(const Readback& readback, bool power_known) noexcept {
+  if (memory_.readback_off == 0 || !power_known || !(readback.power > memory_.written)) return;
+  if (readback.power > witness_.power_for_peak(limits_->peak_max / hidden_gain())) {
+    stop(SafetyState::kSafeStop, SafetyReason::kPowerReadback, true);
+  }
 }
 
 void Supervisor::check_clock(const DeviceSample& sample, InForce command) noexcept {

@@ -132,7 +132,7 @@ void write_sweep(const std::filesystem::path& folder, const std::vector<Varied>&
       cells.push_back(value.find(',') == std::string::npos ? value : "\"" + value + "\"");
     for (const auto& column : sweep_columns()) {
       const double value = cell(point, column);
-      cells.push_back(fmt::format("{}", value));
+      cells.push_back(std::isfinite(value) ? fmt::format("{}", value) : "");
       row.push_back(number_text(value, unit_of(column.first)));
     }
     fmt::format_to(Out(csv), "{}\n", fmt::join(cells, ","));

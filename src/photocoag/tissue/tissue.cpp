@@ -66,12 +66,15 @@ double Tissue::peak_depth() const {
 
 namespace {
 
+// W/(m K), below any matter: heat that does not spread has no reduced model.
+constexpr double kLeastConductivity = 1e-3;
+
 void validate_thermal(const Layer& layer, const std::string& name) {
   if (layer.conductivity)
-    require_positive(*layer.conductivity, 1e3, name + ".conductivity_W_per_mK");
-  if (layer.density) require_positive(*layer.density, 1e5, name + ".density_kg_per_m3");
+    require_between(*layer.conductivity, kLeastConductivity, 1e3, name + ".conductivity_W_per_mK");
+  if (layer.density) require_between(*layer.density, 1.0, 1e5, name + ".density_kg_per_m3");
   if (layer.heat_capacity) {
-    require_positive(*layer.heat_capacity, 1e5, name + ".heat_capacity_J_per_kgK");
+    require_between(*layer.heat_capacity, 1.0, 1e5, name + ".heat_capacity_J_per_kgK");
   }
   require_between(layer.perfusion, 0.0, 1e8, name + ".perfusion_W_per_m3K");
 }
@@ -122,9 +125,9 @@ void Tissue::validate(std::string_view prefix) const {
                       spot_radius * 1e6));
   validate_beam(*this, prefix);
   require_positive(transmission, 1.0, key("transmission"));
-  require_positive(density, 1e5, key("density_kg_per_m3"));
-  require_positive(heat_capacity, 1e5, key("heat_capacity_J_per_kgK"));
-  require_positive(conductivity, 1e3, key("conductivity_W_per_mK"));
+  require_between(density, 1.0, 1e5, key("density_kg_per_m3"));
+  require_between(heat_capacity, 1.0, 1e5, key("heat_capacity_J_per_kgK"));
+  require_between(conductivity, kLeastConductivity, 1e3, key("conductivity_W_per_mK"));
   require(!layers.empty() && layers.size() <= 32, key("layers"), std::to_string(layers.size()),
           "1 to 32 layers");
   std::set<std::string> names;

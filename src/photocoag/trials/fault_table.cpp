@@ -78,8 +78,10 @@ void add_measurement(std::vector<FaultCase>& table) {
   stop("M7", "3 spikes among 20", Fault::kSpike, 11, 10, {R::kSampleRejected, R::kMeasurementNoise},
        25.0);
   table.back().injection.every = 5;
-  stop("M8", "noise x4", Fault::kNoise, kForEver, 50,
-       {R::kMeasurementNoise, R::kSampleRejected, R::kInconsistent}, 4.0);
+  for (const double factor : {4.0, 10.0}) {
+    stop("M8", fmt::format("noise x{:g}", factor), Fault::kNoise, kForEver, 50,
+         {R::kMeasurementNoise, R::kSampleRejected, R::kInconsistent}, factor);
+  }
   const auto either = [&](std::string what, Fault fault, double value) {
     table.push_back({.id = "M8",
                      .what = std::move(what),
@@ -88,10 +90,15 @@ void add_measurement(std::vector<FaultCase>& table) {
                      .reasons = {},
                      .margin = 7.0});
   };
-  either("bias +3 K", Fault::kBias, 3.0);
-  either("bias -3 K", Fault::kBias, -3.0);
-  either("gain x1.2", Fault::kGain, 1.2);
-  either("gain x0.8", Fault::kGain, 0.8);
+  either("noise x0.1", Fault::kNoise, 0.1);
+  // Below -3 K: row O12.
+  for (const double bias : {0.3, 1.0, 3.0, 6.0, 12.0, -0.3, -1.0, -3.0}) {
+    either(fmt::format("bias {:+g} K", bias), Fault::kBias, bias);
+  }
+  // Less than 0.8: row O3.
+  for (const double gain : {0.8, 0.9, 1.1, 1.2, 1.5, 2.0, -1.0, 0.0}) {
+    either(fmt::format("gain x{:g}", gain), Fault::kGain, gain);
+  }
   go_on("M9", "out of order once", Fault::kLateByOne, 1, R::kSampleStale);
   stop("M9", "out of order for ever", Fault::kLateByOne, kForEver, 2,
        {R::kSampleStale, R::kSampleMissing});
@@ -110,8 +117,17 @@ void add_actuator(std::vector<FaultCase>& table) {
                      .off_within = off_within,
                      .interlock = interlock});
   };
-  stop("A1", "readback x1.5", Fault::kReadback, 2, R::kPowerReadback, 1.5, true);
-  stop("A1", "readback x0.5", Fault::kReadback, 2, R::kPowerReadback, 0.5, true);
+  for (const double factor : {1.5, 0.5, 1.25, 0.75, 10.0, 0.0, -1.0, kNan, kInf}) {
+    stop("A1", fmt::format("readback x{:g}", factor), Fault::kReadback, 2, R::kPowerReadback,
+         factor, true);
+    // With 0 W in force any light is stuck on; ten times the power also does not fit the sample.
+    table.back().reasons = {R::kPowerReadback, R::kPowerStuckOn, R::kMeasurementNoise};
+  }
+  // More than is commanded: row O11.
+  for (const double factor : {0.75, 0.5, 0.0}) {
+    stop("A1", fmt::format("laser x{:g}", factor), Fault::kLaser, 2, R::kPowerReadback, factor,
+         true);
+  }
   stop("A2", "stuck on at 20 mW", Fault::kStuckOn, 0, R::kPowerStuckOn, 0.02, true);
   stop("A3", "write fails", Fault::kWriteFails, 0, R::kWriteFailed, 0.0, true);
   stop("A4", "device vanishes", Fault::kGone, 2, R::kDeviceGone, 0.0, true);
@@ -218,6 +234,14 @@ void add_open_hazards(std::vector<FaultCase>& table) {
   open("O8", "as O1, growing over 40 ms",
        {.fault = Fault::kGains, .laser = 1.25, .samples = 0.8, .ramp_ms = 40.0});
   open("O9", "as O4, growing over 40 ms", {.fault = Fault::kGains, .laser = 1.19, .ramp_ms = 40.0});
+  open("O10", "laser at 30 mW whatever is commanded", {.fault = Fault::kLaserAt, .value = 0.03});
+  for (const double factor : {1.25, 1.5}) {
+    open("O11", fmt::format("laser x{:g}, readback right", factor),
+         {.fault = Fault::kLaser, .value = factor});
+  }
+  for (const double bias : {-6.0, -12.0}) {
+    open("O12", fmt::format("bias {:g} K", bias), {.fault = Fault::kBias, .value = bias});
+  }
 }
 
 }  // namespace
