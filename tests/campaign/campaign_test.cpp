@@ -12,7 +12,7 @@
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/run_campaign.hpp"
-#include "photocoag/campaign/standing_grid.hpp"
+#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"

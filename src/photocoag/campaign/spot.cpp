@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "photocoag/campaign/standing_grid.hpp"
+#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"

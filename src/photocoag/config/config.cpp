@@ -8,6 +8,7 @@
 #include <limits>
 #include <system_error>
 
+#include "photocoag/config/belief.hpp"
 #include "photocoag/config/fields.hpp"
 #include "photocoag/config/random_quantities.hpp"
 #include "photocoag/config/reader.hpp"
@@ -86,15 +87,21 @@ void require_valid_chance(const Config& config) {
           "\"none\" or \"certified\"; \"chance\" needs a [[prior]]");
   require(!config.uncertainty.declared(), "control.robust", std::string_view("\"chance\""),
           "\"certified\" with [uncertainty], or \"chance\" with [[prior]] alone");
-  require(config.estimator.kind == EstimatorKind::kEkf, "estimator.kind",
-          std::string_view("\"mhe\""), "\"ekf\" with control.robust = \"chance\"");
+  require(config.estimator.kind != EstimatorKind::kMhe, "estimator.kind",
+          std::string_view("\"mhe\""), "\"posterior\" with control.robust = \"chance\"");
+}
+
+void require_valid_posterior(const Config& config) {
+  if (!config.believes()) return;
+  require(config.prior.declared(), "estimator.kind", std::string_view("\"posterior\""),
+          "\"ekf\" or \"mhe\"; \"posterior\" needs a [[prior]]");
   require(config.estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
           std::string_view("\"rpe-and-choroid\""),
-          "\"rpe\" with control.robust = \"chance\": a [[prior]] of the choroid's "
+          "\"rpe\" with estimator.kind = \"posterior\": a [[prior]] of the choroid's "
           "absorption_per_m instead");
   require(config.model.discretization == Discretization::kZeroOrderHold, "model.discretization",
           to_string(config.model.discretization),
-          "\"zero-order-hold\" with control.robust = \"chance\"");
+          "\"zero-order-hold\" with estimator.kind = \"posterior\"");
 }
 
 // Adds what validate() cannot know: the place, the number as written, the unit.
@@ -191,6 +198,11 @@ void Config::validate() const {
   require(run.seed <= kMostSeed, "run.seed", std::to_string(run.seed), "from 0 to 2^63 - 1");
   validate_prior(*this);
   require_valid_chance(*this);
+  require_valid_posterior(*this);
+}
+
+bool Config::believes() const noexcept {
+  return estimator.kind == EstimatorKind::kPosterior || control.robust == Robustness::kChance;
 }
 
 namespace {
@@ -200,6 +212,10 @@ Config load(const std::string& file, const std::vector<std::string>& overrides, 
   places = read_sources(read_all(file, overrides), config);
   try {
     config.validate();
+    if (config.believes()) {
+      config.estimator.kind = EstimatorKind::kPosterior;  // the only one that knows a quantile
+      config.estimator.prior = belief_of(config.prior, config.estimator);
+    }
   } catch (const Error& error) {
     throw with_place(error, places, config);
   }

@@ -116,6 +116,8 @@ struct Config {
 
   /// Number of control cycles: duration / period, rounded to the nearest, at least 1.
   std::size_t cycles() const noexcept;
+  /// The prior counts: estimator.kind or control.robust asks for it.
+  bool believes() const noexcept;
   /// Throws Error naming the key, the value and what is accepted.
   void validate() const;
 };

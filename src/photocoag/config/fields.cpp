@@ -120,8 +120,9 @@ void add_estimator(EstimatorSettings& s, std::vector<Field>& list) {
   const auto key = [](std::string_view name) { return fmt::format("estimator.{}", name); };
   list.insert(
       list.end(),
-      {word(key("kind"), s.kind, {"ekf", "mhe"},
-            "extended Kalman filter or moving horizon estimator, for temperature and alpha"),
+      {word(key("kind"), s.kind, {"ekf", "mhe", "posterior"},
+            "extended Kalman filter or moving horizon estimator, for temperature and alpha; "
+            "posterior: all quantities of [[prior]] from all samples"),
        integer(key("window"), s.window, 2, kMaxWindow, "control samples in the moving horizon"),
        number(key("absorption_initial"), s.absorption_initial, kOne, {0.05, 5},
               "alpha before the first sample, from absorption_min to absorption_max"),

@@ -101,15 +101,18 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
       !c.uncertainty.declared() && !many) {
     return chance ? "control.robust = \"chance\"" : "control.robust = \"none\"";
   }
-  if (!chance && is({"prior", "control.limit_probability", "control.identification_power_W",
+  if (!c.believes() && key == "prior") {
+    return "neither estimator.kind = \"posterior\" nor control.robust = \"chance\"";
+  }
+  if (!chance && is({"control.limit_probability", "control.identification_power_W",
                      "control.identification_sigma_K"})) {
     return "control.robust is not \"chance\"";
   }
-  if (chance && c.prior.find("plant.absorption_factor") != nullptr &&
+  if (c.believes() && c.prior.find("plant.absorption_factor") != nullptr &&
       is({"estimator.absorption_initial", "estimator.absorption_sigma_initial"})) {
     return "the [[prior]] of plant.absorption_factor";
   }
-  if (chance && c.prior.find("plant.noise_K") != nullptr &&
+  if (c.believes() && c.prior.find("plant.noise_K") != nullptr &&
       key == "estimator.measurement_noise_K") {
     return "the [[prior]] of plant.noise_K";
   }
@@ -117,8 +120,9 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
       is({"control.identification_power_W", "control.identification_sigma_K"})) {
     return "control.identification_ms = 0";
   }
-  if (key == "estimator.window" && c.estimator.kind == EstimatorKind::kEkf && !many) {
-    return "estimator.kind = \"ekf\"";
+  if (key == "estimator.window" && c.estimator.kind != EstimatorKind::kMhe && !many) {
+    return c.estimator.kind == EstimatorKind::kEkf ? "estimator.kind = \"ekf\""
+                                                   : "estimator.kind = \"posterior\"";
   }
   if (is({"estimator.choroid_sigma_initial", "estimator.choroid_min", "estimator.choroid_max",
           "estimator.choroid_process_noise"}) &&

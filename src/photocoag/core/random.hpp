@@ -18,6 +18,7 @@ enum class RandomStream : std::uint32_t {
   kPulseEnergy = 6,
   kEnergyMeter = 7,
   kArrivalTime = 8,
+  kUncertainFit = 9,
   kTest = 100
 };
 

@@ -7,10 +7,11 @@
 
 #include "photocoag/estimation/ekf.hpp"
 #include "photocoag/estimation/mhe.hpp"
+#include "photocoag/estimation/posterior.hpp"
 
 namespace photocoag {
 
-/// Models: ExtendedKalmanFilter, MovingHorizonEstimator, AnyEstimator.
+/// Models: ExtendedKalmanFilter, MovingHorizonEstimator, PosteriorEstimator, AnyEstimator.
 template <typename E>
 concept Estimator = requires(E estimator, const E& constant, double value) {
   { estimator.reset() } noexcept;
@@ -32,10 +33,11 @@ concept Estimator = requires(E estimator, const E& constant, double value) {
 /// The estimator of settings.kind.
 class AnyEstimator {
  private:
-  using Choice = std::variant<ExtendedKalmanFilter, MovingHorizonEstimator>;
+  using Choice = std::variant<ExtendedKalmanFilter, MovingHorizonEstimator, PosteriorEstimator>;
 
   static Choice make(const ReducedModel& model, const EstimatorSettings& settings) {
     if (settings.kind == EstimatorKind::kMhe) return MovingHorizonEstimator(model, settings);
+    if (settings.kind == EstimatorKind::kPosterior) return PosteriorEstimator(model, settings);
     return ExtendedKalmanFilter(model, settings);
   }
 
@@ -43,17 +45,24 @@ class AnyEstimator {
   template <typename F>
   decltype(auto) visit(F f) noexcept {
     if (auto* filter = std::get_if<ExtendedKalmanFilter>(&estimator_)) return f(*filter);
+    if (auto* all = std::get_if<PosteriorEstimator>(&estimator_)) return f(*all);
     return f(*std::get_if<MovingHorizonEstimator>(&estimator_));
   }
   template <typename F>
   decltype(auto) visit(F f) const noexcept {
     if (const auto* filter = std::get_if<ExtendedKalmanFilter>(&estimator_)) return f(*filter);
+    if (const auto* all = std::get_if<PosteriorEstimator>(&estimator_)) return f(*all);
     return f(*std::get_if<MovingHorizonEstimator>(&estimator_));
   }
 
  public:
   AnyEstimator(const ReducedModel& model, const EstimatorSettings& settings)
       : estimator_(make(model, settings)) {}
+
+  /// Null unless the kind is kPosterior.
+  const PosteriorEstimator* posterior() const noexcept {
+    return std::get_if<PosteriorEstimator>(&estimator_);
+  }
 
   void reset() noexcept {
     visit([](auto& e) { e.reset(); });
@@ -103,6 +112,6 @@ class AnyEstimator {
 };
 
 static_assert(Estimator<ExtendedKalmanFilter> && Estimator<MovingHorizonEstimator> &&
-              Estimator<AnyEstimator>);
+              Estimator<PosteriorEstimator> && Estimator<AnyEstimator>);
 
 }  // namespace photocoag

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "photocoag/core/intersample.hpp"
+#include "photocoag/rom/belief.hpp"
 
 namespace photocoag {
 
 enum class EstimatorKind {
-  kEkf,  ///< extended Kalman filter
-  kMhe,  ///< moving horizon estimator
+  kEkf,        ///< extended Kalman filter
+  kMhe,        ///< moving horizon estimator
+  kPosterior,  ///< all of the prior's quantities, from all samples at once; needs a prior
 };
 
 enum class Unknowns {
@@ -49,6 +51,9 @@ struct EstimatorSettings {
   /// What is known of the bench, fractions of a period; at most 1 in sum. The model that estimator
   /// and optimisation get is made of it (rom/intersample.hpp).
   IntersampleTiming timing;
+
+  /// Of kPosterior: what is believed before the first sample. No key: made from [[prior]].
+  Belief prior = {};
 
   int unknown_count() const noexcept { return unknowns == Unknowns::kRpe ? 1 : 2; }
 

@@ -4,6 +4,7 @@
 // bounded and allocation-free from the first call. Threads: one owner.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "photocoag/core/real_time.hpp"
 #include "photocoag/estimation/estimator.hpp"
 #include "photocoag/loop/gate.hpp"
+#include "photocoag/mpc/chance.hpp"
 #include "photocoag/mpc/mpc.hpp"
 #include "photocoag/mpc/robust.hpp"
 #include "photocoag/qp/dense.hpp"
@@ -55,8 +57,8 @@ class BasicController {
   BasicController(const ReducedModel& model, const ControlSettings& control,
                   const EstimatorSettings& estimator)
       : filter_(model, estimator),
-        mpc_(model, control),
-        transition_(model.A_d),
+        mpc_(control_model(model, filter_), control),
+        transition_(control_model(model, filter_).A_d),
         delay_(control.delay),
         solve_every_(control.solve_every),
         planned_stages_(control.horizon - 1),
@@ -66,11 +68,17 @@ class BasicController {
       robust_.emplace(model, control, estimator.absorption_max);
     }
     if (control.robust == Robustness::kChance) {
-      throw Error(ErrorParts{.key = "control.robust",
-                             .problem = "this program has no controller for it",
-                             .found = "\"chance\"",
-                             .accepted = "\"none\" or \"certified\""});
+      if (filter_.posterior() == nullptr) {
+        throw Error(ErrorParts{.key = "control.robust",
+                               .problem = "a probability needs to know what is uncertain",
+                               .found = "\"chance\"",
+                               .accepted = "\"none\", or estimator.kind = \"posterior\""});
+      }
+      chance_.emplace(filter_.posterior()->model(), control);
     }
+    powers_.setZero(planned_stages_);
+    identification_ = {std::llround(control.identification_duration / control.period),
+                       control.identification_power, control.identification_sigma};
     state_ = filter_.state();
   }
 
@@ -100,6 +108,7 @@ class BasicController {
                         : 0.0;
     }
     if (decisions_ == 0 && first_power_ > 0.0) last_.power = first_power_;
+    if (identifying()) last_.power = std::min(last_.power, identification_.power);
     ++decisions_;
     const GateResult passed = gate(last_.power, power_max_);
     previous_power_ = passed.power;
@@ -132,6 +141,22 @@ class BasicController {
   const AnyEstimator& filter() const noexcept { return filter_; }
 
  private:
+  // The gentle start: for a time, or until the next peak is known well enough.
+  struct Identification {
+    long long cycles = 0;
+    double power = 0.0;  // W
+    double sigma = 0.0;  // K at the reference; 0: by time alone
+  };
+
+  bool identifying() noexcept {
+    if (decisions_ >= identification_.cycles) return false;
+    const bool known = chance_ && decisions_ > 0 &&
+                       chance_->relative_sigma() * mpc_.ocp().settings().peak_reference <
+                           identification_.sigma;
+    if (known) identification_.cycles = 0;  // for good
+    return !known;
+  }
+
   double planned(int stage) const noexcept {
     if constexpr (requires { mpc_.planned(stage); }) {
       if (stage < planned_stages_) return mpc_.planned(stage);
@@ -155,7 +180,9 @@ class BasicController {
     const double previous = previous_power(input);
     if constexpr (requires(const LimitTightening* t) {
                     mpc_.solve(state_, input, cycle_, previous, t);
+                    mpc_.planned(0);
                   }) {
+      if (chance_) return solve_by_chance(input, previous);
       if (robust_) {
         return mpc_.solve(state_, input, cycle_ + delay_, previous,
                           &robust_->tighten(filter_.covariance(), filter_.absorption_factor(),
@@ -166,9 +193,48 @@ class BasicController {
     return mpc_.solve(state_, input, cycle_ + delay_, previous);
   }
 
+  // How uncertain a peak is depends a little on the powers that lead to it: solved around the last
+  // power, then around the plan found, until it stays.
+  MpcResult solve_by_chance(const StateVector& input, double previous) noexcept
+      PHOTOCOAG_NONBLOCKING {
+    constexpr int kMostSolves = 4;
+    constexpr double kSame = 1e-3;  // of the largest power
+    const PosteriorEstimator& known = *filter_.posterior();
+    modes_ = known.modes();
+    if (delay_ == 1) modes_ = known.after(modes_, pending_power_);
+    powers_.setConstant(previous);
+    MpcResult result;
+    for (int i = 0; i < kMostSolves; ++i) {
+      const LimitTightening& limit =
+          chance_->tighten({.modes = modes_,
+                            .peak_residue = known.peak_residue(),
+                            .peak_slope = known.peak_slope(),
+                            .covariance = known.covariance_of_logs()},
+                           input, powers_);
+      result = mpc_.solve(state_, input, cycle_ + delay_, previous, &limit);
+      double change = 0.0;
+      for (int k = 0; k < planned_stages_; ++k) {
+        const double power = mpc_.planned(k);
+        change = std::max(change, std::abs(power - powers_[k]));
+        powers_[k] = power;
+      }
+      if (change <= kSame * power_max_) break;
+    }
+    return result;
+  }
+
+  // The posterior's modes have a control problem of their own.
+  static ReducedModel control_model(const ReducedModel& model, const AnyEstimator& filter) {
+    return filter.posterior() == nullptr ? model : filter.posterior()->model().control_model();
+  }
+
   AnyEstimator filter_;
   Mpc mpc_;
   std::optional<RobustLimit> robust_;
+  std::optional<ChanceLimit> chance_;
+  InputVector powers_;  // around which the chance constraint is taken
+  StateVector modes_;
+  Identification identification_;
   StateMatrix transition_;
   StateVector state_;
   int delay_;

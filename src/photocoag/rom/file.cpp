@@ -9,6 +9,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/sha256.hpp"
 #include "photocoag/rom/file_parts.hpp"
+#include "photocoag/rom/uncertain_file.hpp"
 
 namespace photocoag {
 namespace {
@@ -207,6 +208,10 @@ ReducedModel read_model(const JsonReader& json) {
   model.error.mean_dwell = error["mean_dwell_s"].number();
   model.error.seed = error["seed"].count();
   if (json.has("certificate")) model.certificate = read_certificate(json["certificate"]);
+  if (json.has("uncertain")) {
+    model.uncertain = std::make_shared<const UncertainModel>(
+        read_uncertain(json["uncertain"], model.tissue, model.period));
+  }
   return model;
 }
 
@@ -245,7 +250,7 @@ std::string checksum(const Json& json) { return sha256_hex(json.dump()); }
 std::string to_json(const ReducedModel& model) {
   Json json = {
       {"format", "photocoag reduced model"},
-      {"version", kModelFileVersion},
+      {"version", model.uncertain ? kUncertainModelFileVersion : kModelFileVersion},
       {"notice", kResearchNotice},
       {"program", {{"version", version()}, {"source_hash", source_hash()}}},
       {"method", model.method},
@@ -283,6 +288,7 @@ std::string to_json(const ReducedModel& model) {
   };
   if (model.parameters == 2) json["error"]["choroid_factors"] = model.error.choroid_factors;
   if (model.certificate) json["certificate"] = certificate_to_json(*model.certificate);
+  if (model.uncertain) json["uncertain"] = uncertain_to_json(*model.uncertain);
   json["checksum"] = checksum(json);
   return json.dump(1) + "\n";
 }
@@ -307,8 +313,10 @@ ReducedModel from_json(std::string_view content, std::string_view where) {
   reader["format"].expect(reader["format"].text() == "photocoag reduced model",
                           "\"photocoag reduced model\"");
   reader["version"].expect(
-      reader["version"].count() == kModelFileVersion,
-      fmt::format("version {}: make the model again with `photocoag reduce`", kModelFileVersion));
+      reader["version"].count() == kModelFileVersion ||
+          reader["version"].count() == kUncertainModelFileVersion,
+      fmt::format("version {} or {}: make the model again with `photocoag reduce`",
+                  kModelFileVersion, kUncertainModelFileVersion));
   const std::string stated = reader["checksum"].text();
   json.erase("checksum");
   if (stated != checksum(json)) {

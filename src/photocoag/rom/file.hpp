@@ -11,6 +11,8 @@
 namespace photocoag {
 
 inline constexpr int kModelFileVersion = 1;
+/// With the responses over several uncertain quantities; otherwise the same.
+inline constexpr int kUncertainModelFileVersion = 2;
 
 /// The model as JSON text with its checksum (SHA-256 of everything else). The same model gives the
 /// same bytes; numbers are written so that reading gives the same bits.

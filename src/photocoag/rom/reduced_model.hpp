@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,8 @@ struct ParametricMatrices {
   StateVector input_slope_choroid;   ///< dB_d / dbeta; filled for two parameters only
   StateVector volume_slope_choroid;  ///< dC_vol / dbeta
 };
+
+struct UncertainModel;
 
 /// How well a reduced model follows the full-order model it was made from: largest error of an
 /// output over the run relative to that output's largest value in the run, per alpha and the worst
@@ -80,6 +83,8 @@ struct ReducedModel {
   ErrorReport error;
   /// Proved bound of the error for this period; absent where none was computed.
   std::optional<ErrorCertificate> certificate;
+  /// The responses over several uncertain quantities; null where none are declared.
+  std::shared_ptr<const UncertainModel> uncertain;
 
   int order() const noexcept { return static_cast<int>(A.rows()); }
   int terms() const noexcept { return theta.terms; }

@@ -11,6 +11,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/sha256.hpp"
+#include "photocoag/mor/uncertain_fit.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/run/tissue_reference.hpp"
 
@@ -20,7 +21,7 @@ namespace {
 // Everything a reduced model depends on, with the code version; numbers in full precision.
 std::string cache_key(const Tissue& tissue, const GridSettings& grid,
                       const ReductionSettings& reduction, double period,
-                      Discretization discretization) {
+                      Discretization discretization, const Belief* belief) {
   std::string text =
       fmt::format("{} {} {} {} {} {} {} {} {:a} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}",
                   source_hash(), kModelFileVersion, grid.min_cells, to_string(reduction.method),
@@ -44,6 +45,12 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
       text += fmt::format(" beta {:a} {:a}", reduction.choroid_min, reduction.choroid_max);
     }
   }
+  if (belief != nullptr) {
+    for (const UncertainQuantity& q : belief->quantities) {
+      text += fmt::format("\n{} {} {:a} {:a} {}", to_string(q.kind), q.layer, q.low, q.high,
+                          q.estimated);
+    }
+  }
   return sha256_hex(text).substr(0, 32);
 }
 
@@ -53,10 +60,13 @@ struct Wanted {
   const ReductionSettings& reduction;
   double period;
   Discretization discretization;
+  const Belief* belief;  ///< null: nothing is uncertain
 
   void check(const ReducedModel& model, const EstimatorSettings& estimator) const {
     if (!(model.tissue == tissue && model.period == period &&
-          model.discretization == discretization && model.order() <= reduction.order)) {
+          model.discretization == discretization && model.order() <= reduction.order &&
+          (belief == nullptr ||
+           (model.uncertain && model.uncertain->quantities == belief->quantities)))) {
       throw Error("another model than the file's name says");
     }
     check_model(model, tissue, estimator, "");
@@ -230,19 +240,30 @@ std::shared_ptr<const FullOrderModel> ModelStore::plant_full() {
 }
 
 ReducedModel ModelStore::make(const Tissue& tissue, Discretization discretization,
-                              std::shared_ptr<const FullOrderModel> (ModelStore::*full)()) {
+                              std::shared_ptr<const FullOrderModel> (ModelStore::*full)(),
+                              const Belief* belief) {
   const std::string folder = use_cache_ ? cache_folder() : std::string();
   const std::string path =
       folder.empty() ? std::string()
                      : fmt::format("{}/model-{}.json", folder,
                                    cache_key(tissue, config_.grid, config_.model.reduction,
-                                             config_.control.period, discretization));
-  const Wanted wanted{tissue, config_.model.reduction, config_.control.period, discretization};
+                                             config_.control.period, discretization, belief));
+  const Wanted wanted{tissue, config_.model.reduction, config_.control.period, discretization,
+                      belief};
   if (auto cached = read_cached(path, wanted, config_.estimator)) return *std::move(cached);
   ReducedModel model = reduce((this->*full)(), config_.model.reduction, config_.control.period,
                               discretization, progress_);
+  if (belief != nullptr) {
+    if (progress_) progress_("fitting the uncertain quantities", 1.0);
+    model.uncertain = std::make_shared<const UncertainModel>(
+        fit_uncertain_model(tissue, config_.grid, *belief, config_.control.period));
+  }
   write_cached(path, model);
   return model;
+}
+
+bool ModelStore::uncertain() const noexcept {
+  return config_.estimator.kind == EstimatorKind::kPosterior;
 }
 
 ReducedModel ModelStore::load() const {
@@ -259,7 +280,8 @@ const ReducedModel& ModelStore::reduced() {
   if (reduced_) return *reduced_;
   const std::string& file = config_.model.file;
   ReducedModel model =
-      file.empty() ? make(config_.tissue, config_.model.discretization, &ModelStore::model_full)
+      file.empty() ? make(config_.tissue, config_.model.discretization, &ModelStore::model_full,
+                          uncertain() ? &config_.estimator.prior : nullptr)
                    : load();
   if (!file.empty()) check_fits(model, config_);
   check_model(model, config_.tissue, config_.estimator, file);
@@ -272,7 +294,7 @@ ReducedModel ModelStore::plant_reduced() {
       config_.plant.discretization == config_.model.discretization) {
     return reduced();
   }
-  return make(config_.plant.tissue, config_.plant.discretization, &ModelStore::plant_full);
+  return make(config_.plant.tissue, config_.plant.discretization, &ModelStore::plant_full, nullptr);
 }
 
 }  // namespace photocoag

@@ -37,8 +37,11 @@ class ModelStore {
 
  private:
   ReducedModel load() const;
+  /// `belief`: whose quantities the model carries too; null: none.
   ReducedModel make(const Tissue& tissue, Discretization discretization,
-                    std::shared_ptr<const FullOrderModel> (ModelStore::*full)());
+                    std::shared_ptr<const FullOrderModel> (ModelStore::*full)(),
+                    const Belief* belief);
+  bool uncertain() const noexcept;
 
   const Config config_;
   bool use_cache_;

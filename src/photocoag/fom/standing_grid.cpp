@@ -1,4 +1,4 @@
-#include "photocoag/campaign/standing_grid.hpp"
+#include "photocoag/fom/standing_grid.hpp"
 
 #include <algorithm>
 #include <cmath>

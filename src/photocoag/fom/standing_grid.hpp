@@ -1,4 +1,4 @@
-// Role: offline; one grid for all spots of a campaign. Used by campaign. Source: none (ours).
+// Role: offline; one grid for many tissues. Used by mor (uncertain model) and campaign. Source: ours.
 // Layer boundaries and the spot's edge move over it; sources are integrated over its cells, so that
 // no spot needs a diagonalisation of its own. Units: m.
 #pragma once

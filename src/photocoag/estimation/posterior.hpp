@@ -1,0 +1,110 @@
+// Role: online; what all samples so far say of several uncertain quantities. Used by loop. Source:
+// docs/uncertainty.md: maximum a posteriori with Laplace's covariance; Bar-Shalom, Li and
+// Kirubarajan (2001), ch. 2 and 3; considered quantities: Schmidt (1966). Differences: not a
+// filter. The model's modes depend on nothing, so that three sums hold the whole record and every
+// sample is judged anew at each new estimate. Units: SI. Real time: predict and update are
+// noexcept, bounded, allocation-free. Threads: one owner.
+#pragma once
+
+#include <memory>
+
+#include "photocoag/core/outputs.hpp"
+#include "photocoag/core/real_time.hpp"
+#include "photocoag/estimation/extended_system.hpp"
+#include "photocoag/estimation/outlier_gate.hpp"
+#include "photocoag/estimation/settings.hpp"
+#include "photocoag/estimation/status.hpp"
+#include "photocoag/rom/uncertain_model.hpp"
+
+namespace photocoag {
+
+/// min over ln q:  (ln q - m)' C^-1 (ln q - m) + sum_k (y_k - R_vol(q)' x_k)^2 / sigma^2
+///
+/// with sum_k (...)^2 = sum y^2 - 2 R' sum x y + R' (sum x x') R: a Gauss-Newton step costs the
+/// same after a second as after a sample. sigma^2 is the mean of the prior's and of the residuals.
+/// Covariance: (C^-1 + J' (sum x x') J / sigma^2)^-1, J = dR_vol / d ln q.
+class PosteriorEstimator {
+ public:
+  /// Throws Error on bad settings, without a prior, or with a model for other quantities.
+  PosteriorEstimator(const ReducedModel& model, const EstimatorSettings& settings);
+
+  void reset() noexcept;
+  /// One period with `power`, W.
+  void predict(double power) noexcept PHOTOCOAG_NONBLOCKING;
+  /// With the volume temperature at the end of the period, K; as ExtendedKalmanFilter::update.
+  UpdateStatus update(double volume_temperature) noexcept PHOTOCOAG_NONBLOCKING;
+
+  /// R_peak,i x_i: C_peak is 1 in the model that the control problem is set up with.
+  const StateVector& state() const noexcept { return state_; }
+  /// Their input, and its derivative by alpha; of the volume nothing.
+  const ParametricMatrices& matrices() const noexcept { return matrices_; }
+  /// Of (state, alpha), alpha alone filled.
+  const ExtendedMatrix& covariance() const noexcept { return extended_covariance_; }
+  /// Calibration times the true volume temperature, as a sample shows it; the peak. K.
+  Outputs outputs() const noexcept { return outputs_; }
+  double peak_sigma() const noexcept { return peak_sigma_; }
+  double absorption_factor() const noexcept;
+  double absorption_sigma() const noexcept;
+  double choroid_factor() const noexcept { return settings_.choroid_initial; }
+  double choroid_sigma() const noexcept { return 0.0; }
+  double innovation() const noexcept { return innovation_; }
+  double innovation_sigma() const noexcept { return innovation_sigma_; }
+
+  /// Estimate of ln q and its covariance, considered quantities included.
+  const QuantityVector& log_quantities() const noexcept { return log_q_; }
+  const QuantityMatrix& covariance_of_logs() const noexcept { return covariance_; }
+  /// Standard deviation of a sample, K, as the residuals have it by now.
+  double noise() const noexcept { return noise_; }
+  /// Modes for 1 W of all powers so far.
+  const StateVector& modes() const noexcept { return x_; }
+  /// `modes` one period with `power`, W, later.
+  StateVector after(const StateVector& modes, double power) const noexcept {
+    return decay_.cwiseProduct(modes) + gain_ * power;
+  }
+  const StateVector& peak_residue() const noexcept { return peak_residue_; }
+  const ResidueSlopes& peak_slope() const noexcept { return peak_slope_; }
+  const UncertainModel& model() const noexcept { return *model_; }
+
+ private:
+  void evaluate() noexcept;
+  bool improve() noexcept;
+  void publish() noexcept;
+  bool healthy() const noexcept;
+
+  std::shared_ptr<const UncertainModel> model_;
+  EstimatorSettings settings_;
+  StateVector decay_;
+  StateVector gain_;
+  int calibration_ = -1;  // its index, -1: none declared
+  QuantityVector mean_;
+  QuantityMatrix prior_covariance_;
+  QuantityMatrix prior_information_;
+  QuantityVector low_;
+  QuantityVector high_;
+
+  StateVector x_;
+  StateVector seen_;  // what a sample shows of x
+  StateMatrix moment_;     // sum x x'
+  StateVector correlate_;  // sum x y
+  double squares_ = 0.0;   // sum y^2
+  double samples_ = 0.0;
+  double noise_ = 0.0;
+  QuantityVector estimate_;  // of all ln q, considered ones included
+  QuantityMatrix joint_;     // its covariance
+  QuantityVector log_q_;
+  QuantityMatrix covariance_;
+  StateVector peak_residue_;
+  StateVector sample_residue_;  // calibration included
+  ResidueSlopes peak_slope_;
+  ResidueSlopes sample_slope_;
+  StateVector state_;
+  ParametricMatrices matrices_;
+  ExtendedMatrix extended_covariance_;
+  Outputs outputs_;
+  double peak_sigma_ = 0.0;
+  OutlierGate gate_;
+  double innovation_ = 0.0;
+  double innovation_sigma_ = 0.0;
+};
+
+}  // namespace photocoag

@@ -1,0 +1,28 @@
+// Role: offline; the full-order model's responses over several uncertain quantities -> modes they
+// share, residues as polynomials. Used by the model cache and `reduce`. Source: docs/uncertainty.md:
+// vector fitting with fixed poles (Gustavsen and Semlyen, 1999) and least squares over a sparse
+// polynomial basis. Units: SI. Real time: no.
+#pragma once
+
+#include "photocoag/fom/grid_settings.hpp"
+#include "photocoag/mor/settings.hpp"
+#include "photocoag/rom/uncertain_model.hpp"
+
+namespace photocoag {
+
+/// Fits to eyes that fill the box of `belief`'s quantities and measures on others. Throws Error if
+/// the tissue's layers conduct differently or are perfused, or a quantity does not fit the tissue.
+UncertainModel fit_uncertain_model(const Tissue& tissue, const GridSettings& grid,
+                                   const Belief& belief, double period);
+
+/// Step response for 1 W of one eye at the times, s, ascending: peak, volume. `eye`: a separable
+/// full-order model, as the continuous-time impulse response is then a product of sums over radial
+/// and axial modes.
+struct StepResponse {
+  Eigen::VectorXd peak;
+  Eigen::VectorXd volume;
+};
+StepResponse step_response_of(const class FullOrderModel& eye, double absorption_factor,
+                              const std::vector<double>& times);
+
+}  // namespace photocoag

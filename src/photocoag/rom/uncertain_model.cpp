@@ -1,0 +1,152 @@
+#include "photocoag/rom/uncertain_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "photocoag/core/error.hpp"
+
+namespace photocoag {
+namespace {
+
+// On the stack, whatever the sizes; row by row, as it is filled.
+using BasisTable = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
+                                 kMaxPolynomialTerms, even(kMaxQuantities + 1)>;
+
+// T_0 … T_kMaxDegree at x and their derivatives by x.
+struct Chebyshev {
+  std::array<double, kMaxDegree + 1> value;
+  std::array<double, kMaxDegree + 1> slope;
+
+  explicit Chebyshev(double x) noexcept {
+    value[0] = 1.0;
+    slope[0] = 0.0;
+    value[1] = x;
+    slope[1] = 1.0;
+    for (std::size_t d = 2; d <= kMaxDegree; ++d) {
+      value[d] = 2.0 * x * value[d - 1] - value[d - 2];
+      slope[d] = 2.0 * value[d - 1] + 2.0 * x * slope[d - 1] - slope[d - 2];
+    }
+  }
+  Chebyshev() noexcept : Chebyshev(0.0) {}
+};
+
+}  // namespace
+
+void UncertainModel::evaluate(const QuantityVector& log_q, StateVector& peak_residue,
+                              ResidueSlopes& peak_slope, StateVector& volume_residue,
+                              ResidueSlopes& volume_slope) const noexcept {
+  const int m = count();
+  std::array<Chebyshev, kMaxQuantities> table;
+  std::array<double, kMaxQuantities> scale{};  // dx / d ln q
+  double peak_power = 0.0;
+  double volume_power = 0.0;
+  for (int v = 0; v < m; ++v) {
+    const auto q = static_cast<std::size_t>(v);
+    const double low = std::log(quantities[q].low);
+    const double high = std::log(quantities[q].high);
+    const double inside = std::clamp(log_q[v], low, high);
+    peak_power += peak_exponents[q] * inside;
+    volume_power += volume_exponents[q] * inside;
+    if (quantities[q].is_factor()) continue;
+    scale[q] = 2.0 / (high - low);
+    table[q] = Chebyshev((2.0 * inside - low - high) / (high - low));
+  }
+  // Column 0: the basis; column 1 + v: its derivative by x_v.
+  BasisTable basis;
+  const auto count_of_terms = static_cast<Eigen::Index>(terms.size()) + 1;
+  basis.resize(count_of_terms, m + 1);
+  basis.row(0).setZero();
+  basis(0, 0) = 1.0;
+  for (Eigen::Index t = 1; t < count_of_terms; ++t) {
+    const PolynomialTerm& term = terms[static_cast<std::size_t>(t - 1)];
+    const Chebyshev& of = table[static_cast<std::size_t>(term.quantity)];
+    const auto d = static_cast<std::size_t>(term.degree);
+    basis.row(t) = basis.row(term.parent) * of.value[d];
+    basis(t, term.quantity + 1) += basis(term.parent, 0) * of.slope[d];
+  }
+  peak_residue = peak.lazyProduct(basis.col(0));
+  volume_residue = volume.lazyProduct(basis.col(0));
+  peak_slope = peak.lazyProduct(basis.rightCols(m));
+  volume_slope = volume.lazyProduct(basis.rightCols(m));
+  const double peak_factor = std::exp(peak_power);
+  const double volume_factor = std::exp(volume_power);
+  peak_residue *= peak_factor;
+  volume_residue *= volume_factor;
+  for (int v = 0; v < m; ++v) {
+    const auto q = static_cast<std::size_t>(v);
+    peak_slope.col(v) *= peak_factor * scale[q];
+    peak_slope.col(v) += peak_exponents[q] * peak_residue;
+    volume_slope.col(v) *= volume_factor * scale[q];
+    volume_slope.col(v) += volume_exponents[q] * volume_residue;
+  }
+}
+
+void UncertainModel::step_of(double period_s, StateVector& decay, StateVector& gain) const {
+  const int n = order();
+  decay.resize(n);
+  gain.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const double rate = rates[static_cast<std::size_t>(i)];
+    decay[i] = std::exp(-rate * period_s);
+    gain[i] = -std::expm1(-rate * period_s) / rate;
+  }
+}
+
+ReducedModel UncertainModel::control_model() const {
+  const int n = order();
+  StateVector decay;
+  StateVector gain;
+  step_of(period, decay, gain);
+  QuantityVector centre(count());
+  for (int q = 0; q < count(); ++q) {
+    const UncertainQuantity& quantity = quantities[static_cast<std::size_t>(q)];
+    centre[q] = 0.5 * (std::log(quantity.low) + std::log(quantity.high));
+  }
+  StateVector peak_residue;
+  StateVector volume_residue;
+  ResidueSlopes slopes;
+  ResidueSlopes other;
+  evaluate(centre, peak_residue, slopes, volume_residue, other);
+  ReducedModel model;
+  model.A = StateMatrix::Zero(n, n);
+  model.A_d = StateMatrix::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    model.A(i, i) = -rates[static_cast<std::size_t>(i)];
+    model.A_d(i, i) = decay[i];
+  }
+  model.C_peak = StateVector::Ones(n);
+  model.B = peak_residue;
+  model.B_d = peak_residue.cwiseProduct(gain);
+  model.C_volume = volume_residue.cwiseQuotient(peak_residue).transpose();
+  model.theta.kind = ThetaKind::kTaylor;
+  model.theta.terms = 1;
+  model.period = period;
+  model.tissue = tissue;
+  return model;
+}
+
+void UncertainModel::validate() const {
+  const auto n = static_cast<Eigen::Index>(rates.size());
+  const auto columns = static_cast<Eigen::Index>(terms.size()) + 1;
+  const bool sizes = n >= 1 && n <= kMaxOrder && columns <= kMaxPolynomialTerms &&
+                     peak.rows() == n && volume.rows() == n && peak.cols() == columns &&
+                     volume.cols() == columns && !quantities.empty() &&
+                     count() <= kMaxQuantities && peak_exponents.size() == quantities.size() &&
+                     volume_exponents.size() == quantities.size();
+  if (!sizes) throw Error("an uncertain model whose sizes do not fit together");
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const PolynomialTerm& term = terms[t];
+    if (term.parent < 0 || term.parent > static_cast<int>(t) || term.quantity < 0 ||
+        term.quantity >= count() || term.degree < 1 || term.degree > kMaxDegree) {
+      throw Error("an uncertain model with a term that leads nowhere");
+    }
+  }
+  for (const double rate : rates) {
+    if (!(std::isfinite(rate) && rate > 0.0)) throw Error("an uncertain model that does not decay");
+  }
+  if (!peak.allFinite() || !volume.allFinite() || !(period > 0.0)) {
+    throw Error("an uncertain model with numbers that are not finite");
+  }
+}
+
+}  // namespace photocoag
