@@ -74,6 +74,13 @@ PosteriorEstimator::PosteriorEstimator(const ReducedModel& model, const Estimato
   }
   model_->validate();
   model_->step_of(model_->period, decay_, gain_);
+  averaged_ = !model_->seen_before.empty();
+  before_.setZero(model_->order());
+  added_.setZero(model_->order());
+  for (int i = 0; averaged_ && i < model_->order(); ++i) {
+    before_[i] = model_->seen_before[static_cast<std::size_t>(i)];
+    added_[i] = model_->seen_power[static_cast<std::size_t>(i)] * gain_[i];
+  }
   const int m = model_->count();
   mean_.resize(m);
   low_.resize(m);
@@ -118,8 +125,9 @@ void PosteriorEstimator::evaluate() noexcept {
 }
 
 void PosteriorEstimator::predict(double power) noexcept {
+  if (averaged_) seen_ = before_.cwiseProduct(x_) + added_ * power;
   x_ = decay_.cwiseProduct(x_) + gain_ * power;
-  seen_ = x_;
+  if (!averaged_) seen_ = x_;
   publish();
 }
 
@@ -169,15 +177,14 @@ UpdateStatus PosteriorEstimator::update(double volume_temperature) noexcept {
   const double spread = settings_.prior.noise_spread;
   if (spread > 0.0) {
     const double prior_samples = 1.0 / (2.0 * spread * spread);
-    const double used = joint_.size() == 0
-                            ? 0.0
-                            : static_cast<double>(estimate_.size()) -
-                                  prior_information_.cwiseProduct(joint_).sum();
+    const double used = joint_.size() == 0 ? 0.0
+                                           : static_cast<double>(estimate_.size()) -
+                                                 prior_information_.cwiseProduct(joint_).sum();
     const StateVector moved = moment_.lazyProduct(sample_residue_);
     const double residuals = std::max(
         0.0, squares_ - 2.0 * correlate_.dot(sample_residue_) + sample_residue_.dot(moved));
-    const double noise0 = settings_.prior.noise > 0.0 ? settings_.prior.noise
-                                                      : settings_.measurement_noise;
+    const double noise0 =
+        settings_.prior.noise > 0.0 ? settings_.prior.noise : settings_.measurement_noise;
     noise_ = std::sqrt((prior_samples * noise0 * noise0 + residuals) /
                        (prior_samples + std::max(0.0, samples_ - used)));
   }
@@ -210,8 +217,7 @@ void PosteriorEstimator::publish() noexcept {
   const QuantityVector row = peak_slope_.transpose().lazyProduct(x_);
   peak_sigma_ = std::sqrt(quadratic_form(covariance_, row));
   matrices_.input = peak_residue_.cwiseProduct(gain_);
-  matrices_.input_slope =
-      peak_slope_.col(0).cwiseProduct(gain_) / std::exp(log_q_[0]);
+  matrices_.input_slope = peak_slope_.col(0).cwiseProduct(gain_) / std::exp(log_q_[0]);
   matrices_.volume.setZero(n);
   matrices_.volume_slope.setZero(n);
   extended_covariance_.setZero(n + 1, n + 1);
@@ -225,7 +231,8 @@ double PosteriorEstimator::absorption_sigma() const noexcept {
 }
 
 bool PosteriorEstimator::healthy() const noexcept {
-  return estimate_.allFinite() && joint_.allFinite() && std::isfinite(noise_) && noise_ > 0.0 &&
+  return moment_.allFinite() && std::isfinite(squares_) && estimate_.allFinite() &&
+         joint_.allFinite() && std::isfinite(noise_) && noise_ > 0.0 &&
          std::isfinite(outputs_.peak) && std::isfinite(outputs_.volume) && state_.allFinite();
 }
 

@@ -75,6 +75,9 @@ class PosteriorEstimator {
   EstimatorSettings settings_;
   StateVector decay_;
   StateVector gain_;
+  bool averaged_ = false;  // samples are means over the pulses of a period
+  StateVector before_;
+  StateVector added_;
   int calibration_ = -1;  // its index, -1: none declared
   QuantityVector mean_;
   QuantityMatrix prior_covariance_;
@@ -83,7 +86,7 @@ class PosteriorEstimator {
   QuantityVector high_;
 
   StateVector x_;
-  StateVector seen_;  // what a sample shows of x
+  StateVector seen_;       // what a sample shows of x
   StateMatrix moment_;     // sum x x'
   StateVector correlate_;  // sum x y
   double squares_ = 0.0;   // sum y^2

@@ -150,9 +150,9 @@ class BasicController {
 
   bool identifying() noexcept {
     if (decisions_ >= identification_.cycles) return false;
-    const bool known = chance_ && decisions_ > 0 &&
-                       chance_->relative_sigma() * mpc_.ocp().settings().peak_reference <
-                           identification_.sigma;
+    const bool known =
+        chance_ && decisions_ > 0 &&
+        chance_->relative_sigma() * mpc_.ocp().settings().peak_reference < identification_.sigma;
     if (known) identification_.cycles = 0;  // for good
     return !known;
   }
@@ -195,8 +195,8 @@ class BasicController {
 
   // How uncertain a peak is depends a little on the powers that lead to it: solved around the last
   // power, then around the plan found, until it stays.
-  MpcResult solve_by_chance(const StateVector& input, double previous) noexcept
-      PHOTOCOAG_NONBLOCKING {
+  MpcResult solve_by_chance(const StateVector& input,
+                            double previous) noexcept PHOTOCOAG_NONBLOCKING {
     constexpr int kMostSolves = 4;
     constexpr double kSame = 1e-3;  // of the largest power
     const PosteriorEstimator& known = *filter_.posterior();
@@ -205,12 +205,11 @@ class BasicController {
     powers_.setConstant(previous);
     MpcResult result;
     for (int i = 0; i < kMostSolves; ++i) {
-      const LimitTightening& limit =
-          chance_->tighten({.modes = modes_,
-                            .peak_residue = known.peak_residue(),
-                            .peak_slope = known.peak_slope(),
-                            .covariance = known.covariance_of_logs()},
-                           input, powers_);
+      const LimitTightening& limit = chance_->tighten({.modes = modes_,
+                                                       .peak_residue = known.peak_residue(),
+                                                       .peak_slope = known.peak_slope(),
+                                                       .covariance = known.covariance_of_logs()},
+                                                      input, powers_);
       result = mpc_.solve(state_, input, cycle_ + delay_, previous, &limit);
       double change = 0.0;
       for (int k = 0; k < planned_stages_; ++k) {

@@ -21,11 +21,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kModes = 10;
-constexpr double kLongest = 4.0;        // s, of the fitted step response: nearly steady
-constexpr int kTimes = 72;              // log-spaced from one period on
-constexpr int kEyesPerTerm = 4;         // fitted to
-constexpr int kCheckedEyes = 200;       // measured on
-constexpr std::uint64_t kFitSeed = 1;   // of the eyes fitted to, and measured on
+constexpr double kLongest = 4.0;       // s, of the fitted step response: nearly steady
+constexpr int kTimes = 72;             // log-spaced from one period on
+constexpr int kEyesPerTerm = 4;        // fitted to
+constexpr int kCheckedEyes = 200;      // measured on
+constexpr std::uint64_t kFitSeed = 1;  // of the eyes fitted to, and measured on
 constexpr std::uint64_t kCheckSeed = 2;
 
 // How fine a polynomial a quantity needs: the degree that it may have alone. A term is taken if the
@@ -146,8 +146,8 @@ Responses respond(const Tissue& tissue, const std::vector<UncertainQuantity>& qu
   Responses all{MatrixXd(static_cast<Index>(times.size()), static_cast<Index>(points.size())), {}};
   all.volume = all.peak;
   for (std::size_t s = 0; s < points.size(); ++s) {
-    const FullOrderModel eye(standing, tissue_at(tissue, quantities, points[s],
-                                                 standing.tissue().depth()));
+    const FullOrderModel eye(standing,
+                             tissue_at(tissue, quantities, points[s], standing.tissue().depth()));
     const StepResponse response = step_response_of(
         eye, value_at(quantities, points[s], QuantityKind::kAbsorptionFactor), times);
     all.peak.col(static_cast<Index>(s)) = response.peak;
@@ -167,8 +167,8 @@ MatrixXd basis_at(const UncertainModel& model, const std::vector<std::vector<dou
       const double low = std::log(model.quantities[q].low);
       const double high = std::log(model.quantities[q].high);
       const double x = std::clamp((2.0 * points[s][q] - low - high) / (high - low), -1.0, 1.0);
-      psi[t + 1] = psi[static_cast<std::size_t>(term.parent)] *
-                   std::cos(term.degree * std::acos(x));
+      psi[t + 1] =
+          psi[static_cast<std::size_t>(term.parent)] * std::cos(term.degree * std::acos(x));
     }
     basis.row(static_cast<Index>(s)) =
         Eigen::Map<const VectorXd>(psi.data(), basis.cols()).transpose();

@@ -1,7 +1,7 @@
 // Role: offline; the full-order model's responses over several uncertain quantities -> modes they
-// share, residues as polynomials. Used by the model cache and `reduce`. Source: docs/uncertainty.md:
-// vector fitting with fixed poles (Gustavsen and Semlyen, 1999) and least squares over a sparse
-// polynomial basis. Units: SI. Real time: no.
+// share, residues as polynomials. Used by the model cache and `reduce`. Source:
+// docs/uncertainty.md: vector fitting with fixed poles (Gustavsen and Semlyen, 1999) and least
+// squares over a sparse polynomial basis. Units: SI. Real time: no.
 #pragma once
 
 #include "photocoag/fom/grid_settings.hpp"

@@ -52,8 +52,9 @@ const LimitTightening& ChanceLimit::tighten(const UncertainState& now, const Sta
     }
     // Without heat there is nothing to be uncertain of.
     const double relative =
-        peak > 0.0 ? std::sqrt(std::max(0.0, variance) / (peak * peak) + model_error_ * model_error_)
-                   : 0.0;
+        peak > 0.0
+            ? std::sqrt(std::max(0.0, variance) / (peak * peak) + model_error_ * model_error_)
+            : 0.0;
     if (k == 0) relative_sigma_ = relative;
     tightening_.free[k] = peak_max_ * -std::expm1(-kappa_ * relative);
   }

@@ -29,7 +29,8 @@ class ChanceLimit {
   /// Standard deviations kept away from the limit.
   double kappa() const noexcept { return kappa_; }
 
-  /// `input`: of the control problem. `powers`: W, at stages 0 … N-2, around which s_k is taken. Valid until the next call.
+  /// `input`: of the control problem. `powers`: W, at stages 0 … N-2, around which s_k is taken.
+  /// Valid until the next call.
   const LimitTightening& tighten(const UncertainState& now, const StateVector& input,
                                  const InputVector& powers) noexcept;
 

@@ -51,8 +51,8 @@ void Belief::validate() const {
   }
   for (std::size_t i = 0; i < n; ++i) {
     const UncertainQuantity& q = quantities[i];
-    const bool inside = q.low > 0.0 && q.low < q.high && mean[i] > std::log(q.low) &&
-                        mean[i] < std::log(q.high);
+    const bool inside =
+        q.low > 0.0 && q.low < q.high && mean[i] > std::log(q.low) && mean[i] < std::log(q.high);
     if (!inside) {
       refuse(fmt::format("{} {} from {} to {}", to_string(q.kind), q.layer, q.low, q.high),
              "a range above 0 with the mean inside");

@@ -42,7 +42,8 @@ struct UncertainQuantity {
   bool operator==(const UncertainQuantity&) const = default;
 };
 
-/// ln q ~ N(mean, covariance), and the noise of the sample: ln sigma_y ~ N(ln noise, noise_spread^2).
+/// ln q ~ N(mean, covariance), and the noise of the sample: ln sigma_y ~ N(ln noise,
+/// noise_spread^2).
 struct Belief {
   std::vector<UncertainQuantity> quantities;
   std::vector<double> mean;        ///< of ln q, SI

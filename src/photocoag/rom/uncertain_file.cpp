@@ -81,20 +81,20 @@ Json uncertain_to_json(const UncertainModel& model) {
   for (const PolynomialTerm& term : model.terms) {
     terms.push_back(Json::array({term.parent, term.quantity, term.degree}));
   }
-  return {{"quantities", std::move(quantities)},
-          {"rates_per_s", model.rates},
-          {"terms", std::move(terms)},
-          {"peak_exponents", model.peak_exponents},
-          {"volume_exponents", model.volume_exponents},
-          {"peak", rows_to_json(model.peak)},
-          {"volume", rows_to_json(model.volume)},
-          {"error",
-           {{"meaning",
-             "of step responses of eyes that fill the box, relative to their last value"},
-            {"peak_rms", model.peak_error_rms},
-            {"peak_max", model.peak_error_max},
-            {"volume_rms", model.volume_error_rms},
-            {"volume_max", model.volume_error_max}}}};
+  return {
+      {"quantities", std::move(quantities)},
+      {"rates_per_s", model.rates},
+      {"terms", std::move(terms)},
+      {"peak_exponents", model.peak_exponents},
+      {"volume_exponents", model.volume_exponents},
+      {"peak", rows_to_json(model.peak)},
+      {"volume", rows_to_json(model.volume)},
+      {"error",
+       {{"meaning", "of step responses of eyes that fill the box, relative to their last value"},
+        {"peak_rms", model.peak_error_rms},
+        {"peak_max", model.peak_error_max},
+        {"volume_rms", model.volume_error_rms},
+        {"volume_max", model.volume_error_max}}}};
 }
 
 UncertainModel read_uncertain(const JsonReader& json, const Tissue& tissue, double period) {

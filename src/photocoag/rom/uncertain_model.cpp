@@ -130,10 +130,12 @@ void UncertainModel::validate() const {
   const auto columns = static_cast<Eigen::Index>(terms.size()) + 1;
   const bool sizes = n >= 1 && n <= kMaxOrder && columns <= kMaxPolynomialTerms &&
                      peak.rows() == n && volume.rows() == n && peak.cols() == columns &&
-                     volume.cols() == columns && !quantities.empty() &&
-                     count() <= kMaxQuantities && peak_exponents.size() == quantities.size() &&
+                     volume.cols() == columns && !quantities.empty() && count() <= kMaxQuantities &&
+                     peak_exponents.size() == quantities.size() &&
                      volume_exponents.size() == quantities.size();
-  if (!sizes) throw Error("an uncertain model whose sizes do not fit together");
+  const bool averages = seen_before.size() == seen_power.size() &&
+                        (seen_before.empty() || seen_before.size() == rates.size());
+  if (!sizes || !averages) throw Error("an uncertain model whose sizes do not fit together");
   for (std::size_t t = 0; t < terms.size(); ++t) {
     const PolynomialTerm& term = terms[t];
     if (term.parent < 0 || term.parent > static_cast<int>(t) || term.quantity < 0 ||

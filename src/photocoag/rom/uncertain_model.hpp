@@ -34,20 +34,24 @@ inline constexpr int kMaxDegree = 6;
 /// x_i' = -rate_i x_i + u,  y = sum_i R_i(q) x_i for y = peak, volume.
 ///
 /// R_i(q) = prod_v q_v^g_v * sum_t coefficient_it psi_t(ln q): a power law, and psi_t products of
-/// Chebyshev polynomials on the box of the quantities for what differs from it. Transmission: g = 1,
-/// no polynomial. The modes depend on nothing, so that the state is known from the powers alone and
-/// all that is unknown stands in the outputs. Exact for one eye that does not change; what the fit
-/// costs is measured.
+/// Chebyshev polynomials on the box of the quantities for what differs from it. Transmission: g =
+/// 1, no polynomial. The modes depend on nothing, so that the state is known from the powers alone
+/// and all that is unknown stands in the outputs. Exact for one eye that does not change; what the
+/// fit costs is measured.
 struct UncertainModel {
   std::vector<UncertainQuantity> quantities;
-  Tissue tissue;  ///< the quantities that are not listed
-  std::vector<double> rates;            ///< 1/s, descending
-  std::vector<PolynomialTerm> terms;    ///< from term 1 on
-  Eigen::MatrixXd peak;                 ///< order x (terms + 1)
+  Tissue tissue;                      ///< the quantities that are not listed
+  std::vector<double> rates;          ///< 1/s, descending
+  std::vector<PolynomialTerm> terms;  ///< from term 1 on
+  Eigen::MatrixXd peak;               ///< order x (terms + 1)
   Eigen::MatrixXd volume;
-  std::vector<double> peak_exponents;   ///< g, one per quantity
+  std::vector<double> peak_exponents;  ///< g, one per quantity
   std::vector<double> volume_exponents;
-  double period = 0.0;                  ///< s
+  /// What a sample shows of mode i: before_i times its value at the period's start, power_i times
+  /// what the period adds to it. Empty: the mode at the period's end. Not in the file.
+  std::vector<double> seen_before;
+  std::vector<double> seen_power;
+  double period = 0.0;  ///< s
   /// Root mean square over eyes drawn from the box and over the step response from one period on,
   /// relative to the eye's last value; and the largest.
   double peak_error_rms = 0.0;

@@ -8,6 +8,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/rom/uncertain_model.hpp"
 
 namespace photocoag {
 
@@ -142,6 +143,19 @@ PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const R
   };
 }
 
+namespace {
+
+std::shared_ptr<const UncertainModel> seen_by_pulses(UncertainModel model, int pulses) {
+  for (const double rate : model.rates) {
+    const SeenMode seen = photocoag::seen_by_pulses(std::exp(-rate * model.period), pulses);
+    model.seen_before.push_back(seen.before);
+    model.seen_power.push_back(seen.power);
+  }
+  return std::make_shared<const UncertainModel>(std::move(model));
+}
+
+}  // namespace
+
 ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed) {
   const Eigen::Index n = model.order();
   if (2 * n > kMaxOrder) {
@@ -178,6 +192,7 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFe
   twice.C_volume.rightCols(n) = model.C_volume;
   twice.C_peak = StateVector::Zero(2 * n);
   twice.C_peak.head(n) = model.C_peak;
+  if (model.uncertain) twice.uncertain = seen_by_pulses(*model.uncertain, pulses);
   return twice;
 }
 
