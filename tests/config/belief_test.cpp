@@ -6,6 +6,8 @@
 #include "photocoag/config/belief.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -69,6 +71,10 @@ TEST(Belief, WithoutAPriorThereIsNone) {
 
 TEST(Belief, AResolvedConfigurationBelievesTheSame) {
   const Config config = load_config(kEye, {});
+  const TemporaryFolder folder;
+  const std::string printed = folder.file("resolved.toml");
+  write_file(printed, to_toml(config));
+  EXPECT_EQ(load_config(printed, {}), config);
   EXPECT_EQ(load_config(kEye, {"control.robust=none"}).estimator.kind, EstimatorKind::kEkf);
   EXPECT_EQ(load_config(kEye, {"control.robust=none", "estimator.kind=posterior"}).estimator.prior,
             config.estimator.prior);

@@ -329,6 +329,7 @@ void validate_prior(const Config& config) {
     Config copy = config;
     copy.prior = {};
     copy.control.robust = Robustness::kNone;
+    copy.estimator.kind = EstimatorKind::kEkf;
     copy.control.identification_duration = 0.0;
     for (const RandomQuantity& q : prior.quantities) {
       const std::optional<EyeNumber> number = eye_number(copy, q.key);

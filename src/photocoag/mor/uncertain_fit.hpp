@@ -4,6 +4,11 @@
 // squares over a sparse polynomial basis. Units: SI. Real time: no.
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
+#include "photocoag/core/types.hpp"
+#include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/fom/grid_settings.hpp"
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/rom/uncertain_model.hpp"
@@ -22,7 +27,7 @@ struct StepResponse {
   Eigen::VectorXd peak;
   Eigen::VectorXd volume;
 };
-StepResponse step_response_of(const class FullOrderModel& eye, double absorption_factor,
+StepResponse step_response_of(const FullOrderModel& eye, double absorption_factor,
                               const std::vector<double>& times);
 
 }  // namespace photocoag

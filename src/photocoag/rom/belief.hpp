@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "photocoag/core/types.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
