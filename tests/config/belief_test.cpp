@@ -80,5 +80,14 @@ TEST(Belief, AResolvedConfigurationBelievesTheSame) {
             config.estimator.prior);
 }
 
+TEST(Belief, WhatThePosteriorCannotServeIsRefused) {
+  for (const char* option :
+       {"estimator.kind=mhe", "model.discretization=implicit-euler", "control.solver=osqp",
+        "estimator.sample_lag_periods=0.3", "estimator.sample_averaging_periods=1"}) {
+    EXPECT_THROW(load_config(kEye, {option}), Error) << option;
+  }
+  EXPECT_THROW(load_config("", {"estimator.kind=posterior"}), Error);
+}
+
 }  // namespace
 }  // namespace photocoag::testing

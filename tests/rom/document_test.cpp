@@ -13,6 +13,7 @@
 #include "support/reduced_models.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/tissues.hpp"
+#include "support/uncertain_eyes.hpp"
 
 namespace photocoag {
 namespace {
@@ -41,7 +42,9 @@ TEST(ModelDocument, ListsExactlyTheFieldsOfTheFile) {
   // The default tissue's has a certificate; the other what is written only where it differs.
   for (const Tissue& tissue :
        {Tissue{}, testing::ring_beam(testing::with_beta(testing::layered()))}) {
-    collect(Json::parse(to_json(testing::coarse_model(tissue))), "", in_file);
+    ReducedModel model = testing::coarse_model(tissue);
+    model.uncertain = testing::seven_quantity_model();
+    collect(Json::parse(to_json(model)), "", in_file);
   }
   std::set<std::string> in_document;
   std::istringstream lines(document());

@@ -204,7 +204,6 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                              .self_test = false});
 
   const RunSummaryNumbers numbers = summarize(config_, treatment_);
-  const bool stopped = treatment_.outcome.stopped;
   const double reference = config_.control.peak_reference;
   const Held late = held(treatment_, 0.05, reference);
   const Held half = held(treatment_, 0.5 * config_.run.duration, reference);

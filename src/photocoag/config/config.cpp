@@ -102,6 +102,13 @@ void require_valid_posterior(const Config& config) {
   require(config.model.discretization == Discretization::kZeroOrderHold, "model.discretization",
           to_string(config.model.discretization),
           "\"zero-order-hold\" with estimator.kind = \"posterior\"");
+  const IntersampleTiming& timing = config.estimator.timing;
+  require(timing.averaging == 0.0, "estimator.sample_averaging_periods", timing.averaging,
+          "0 with estimator.kind = \"posterior\"");
+  require(timing.sample_lag == 0.0, "estimator.sample_lag_periods", timing.sample_lag,
+          "0 with estimator.kind = \"posterior\"");
+  require(timing.power_lag == 0.0, "estimator.power_lag_periods", timing.power_lag,
+          "0 with estimator.kind = \"posterior\"");
 }
 
 // Adds what validate() cannot know: the place, the number as written, the unit.
