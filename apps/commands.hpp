@@ -114,6 +114,11 @@ struct BenchOptions {
   bool one_process = false;  ///< first-cycle: measure in this process, print one number
 };
 
+struct InformationOptions : CommonOptions {
+  int eyes = 100;
+  std::string out;  ///< folder, new or empty; empty: the table alone
+};
+
 int treat(const RunOptions& options);
 int simulate(const RunOptions& options);
 int response(const ResponseOptions& options);
@@ -124,6 +129,7 @@ int field_command(const FieldOptions& options);
 int print_config(const CommonOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
+int information(const InformationOptions& options);
 int spots_command(const SpotsOptions& options);
 int estimation(const EstimationOptions& options);
 int compare_estimators(const EstimationOptions& options);

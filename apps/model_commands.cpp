@@ -160,6 +160,26 @@ void add_model_commands(CLI::App& app, int& exit_code) {
              "The eye is that of [plant]: its absorption_factor and tissue."));
   schemes_app->callback(
       [schemes_options, &exit_code] { exit_code = discretizations(*schemes_options); });
+
+  const auto information_options = std::make_shared<InformationOptions>();
+  CLI::App* information_app = app.add_subcommand(
+      "information",
+      "what limits a treatment of eyes that differ: how well the peak is known, and what knowing "
+      "each quantity of [[prior]] would buy");
+  add_common(*information_app, *information_options);
+  add_cache(*information_app, *information_options);
+  information_app->add_option("--eyes", information_options->eyes, "treatments per row")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  information_app
+      ->add_option("--out", information_options->out, "folder for CSV and figure; may be left out")
+      ->type_name("DIR");
+  information_app->footer(
+      footer("  photocoag information --config configs/uncertain-eye.toml\n"
+             "  photocoag information --config configs/uncertain-eye.toml --eyes 1000 --out "
+             "runs/information"));
+  information_app->callback(
+      [information_options, &exit_code] { exit_code = information(*information_options); });
 }
 
 }  // namespace photocoag

@@ -12,11 +12,11 @@
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/run_campaign.hpp"
-#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
+#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "support/thrown.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/fom/standing_grid.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 

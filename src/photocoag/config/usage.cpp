@@ -226,8 +226,8 @@ std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, U
 void refuse_bench_keys(const Config& config, const Places& places, Use use) {
   const std::vector<std::string> plain = at_default(config);
   for (const auto& [key, place] : places) {
-    const bool refused = std::any_of(
-        std::begin(kRules), std::end(kRules), [&key = key, use](const Rule& rule) {
+    const bool refused =
+        std::any_of(std::begin(kRules), std::end(kRules), [&key = key, use](const Rule& rule) {
           return rule.beginning == key &&
                  (rule.used_by == kBench || (rule.used_by == kTold && use == Use::kTreatEye));
         });
