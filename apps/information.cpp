@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iterator>
 #include <optional>
+#include <string_view>
 
 #include "commands.hpp"
 #include "configured.hpp"
@@ -96,7 +97,9 @@ int information(const InformationOptions& options) {
   const Config config = configured(Use::kSimulate, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
   if (!options.out.empty()) claimed.emplace(options.out);
-  ModelStore models(config, !options.no_cache, progress_bar("fitting"));
+  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
+    draw_progress("fitting", fraction, stage);
+  });
   const Information all =
       information_of(config, models.reduced(), static_cast<std::size_t>(options.eyes));
   print("photocoag {}: {}\n", version(), kResearchNotice);
