@@ -312,11 +312,10 @@ ReducedModel from_json(std::string_view content, std::string_view where) {
   const JsonReader reader(json, where);
   reader["format"].expect(reader["format"].text() == "photocoag reduced model",
                           "\"photocoag reduced model\"");
+  const int expected = reader.has("uncertain") ? kUncertainModelFileVersion : kModelFileVersion;
   reader["version"].expect(
-      reader["version"].count() == kModelFileVersion ||
-          reader["version"].count() == kUncertainModelFileVersion,
-      fmt::format("version {} or {}: make the model again with `photocoag reduce`",
-                  kModelFileVersion, kUncertainModelFileVersion));
+      reader["version"].count() == static_cast<std::size_t>(expected),
+      fmt::format("version {}: make the model again with `photocoag reduce`", expected));
   const std::string stated = reader["checksum"].text();
   json.erase("checksum");
   if (stated != checksum(json)) {
