@@ -40,7 +40,7 @@ const std::vector<BadOverride> kOverrides = {
      "tissue.heat_capacity_J_per_kgK: found 0.5; accepted: a number from 1 to 100000 J/(kg K)"},
     {{"uncertainty.spot_radius_relative=0.1", "tissue.layers.choroid.scaled_by=beta",
       "estimator.unknowns=rpe-and-choroid"},
-     "estimator.unknowns: found \"rpe-and-choroid\"; accepted: \"rpe\" where [uncertainty] "
+     "estimator.unknowns: found rpe-and-choroid; accepted: \"rpe\" where [uncertainty] "
      "declares anything"},
     {{"tissue.beam=gauss"},
      "tissue.beam: found \"gauss\"; accepted: \"flat-top\" or \"gaussian\" or "},

@@ -1,6 +1,6 @@
 // Role: simulation and setup; when within its period a power acts and a sample is taken. Used by
 // the simulated eyes (fom, rom), by models that know of it and by the witness. Source:
-// docs/equations.md (E33). Units: fractions of the control period. Real time: noexcept, no
+// docs/equations.md (E29). Units: fractions of the control period. Real time: noexcept, no
 // allocation.
 #pragma once
 
