@@ -22,6 +22,7 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/certificate.hpp"
 #include "photocoag/mor/reduce.hpp"
+#include "photocoag/mor/uncertain_fit.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/run/boundaries.hpp"
@@ -305,8 +306,12 @@ int reduce_command(const ReduceOptions& options) {
   if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
   const Config config = configured(Use::kReduce, options.config, overrides);
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
-  const ReducedModel model = reduce(full, config.model.reduction, config.control.period,
-                                    config.model.discretization, progress_bar("reducing"));
+  ReducedModel model = reduce(full, config.model.reduction, config.control.period,
+                              config.model.discretization, progress_bar("reducing"));
+  if (config.believes()) {
+    model.uncertain = std::make_shared<const UncertainModel>(fit_uncertain_model(
+        config.tissue, config.grid, config.estimator.prior, config.control.period));
+  }
   clear_progress();
   write_output(options.out, to_json(model));
   say("photocoag {}: {}\n", version(), kResearchNotice);
@@ -315,6 +320,14 @@ int reduce_command(const ReduceOptions& options) {
   print_error_report(model);
   print_certificate(model, *full);
   print_error_table(model.error);
+  if (model.uncertain) {
+    const UncertainModel& u = *model.uncertain;
+    say("uncertain {} quantities, {} modes; of a step response, rms and largest: {:.2f} and {:.2f} "
+        "% "
+        "of the peak, {:.2f} and {:.2f} % of the volume temperature\n",
+        u.count(), u.order(), 100.0 * u.peak_error_rms, 100.0 * u.peak_error_max,
+        100.0 * u.volume_error_rms, 100.0 * u.volume_error_max);
+  }
   if (options.out != "-") say("written   {}\n", options.out);
   return 0;
 }

@@ -33,6 +33,23 @@ TEST(ReduceCommand, EveryMethodWritesAModelWithItsCertificate) {
   }
 }
 
+TEST(ReduceCommand, AModelOverTheQuantitiesOfAPriorTreatsAsTheCachedOne) {
+  const Sandbox sandbox;
+  const std::string eye =
+      " --config " + (std::string(PHOTOCOAG_SOURCE_DIR) + "/configs/uncertain-eye.toml") + kSmall;
+  const auto result = sandbox.run("reduce --out eye.json" + eye);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("uncertain 7 quantities"), std::string::npos) << result.err;
+  ASSERT_EQ(sandbox.run("simulate --out made" + eye).exit_code, 0);
+  const auto with_file = sandbox.run("simulate --out read --set model.file=eye.json" + eye);
+  ASSERT_EQ(with_file.exit_code, 0) << with_file.err;
+  EXPECT_EQ(testing::read_all(sandbox.path("read/run.csv")),
+            testing::read_all(sandbox.path("made/run.csv")));
+  const auto without = sandbox.run(std::string("reduce --out plain.json") + kSmall);
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_EQ(sandbox.run("simulate --out no --set model.file=plain.json" + eye).exit_code, 2);
+}
+
 TEST(ReduceCommand, LayeredTissueHasNoCertificateAndSaysWhy) {
   const Sandbox sandbox;
   const auto result =

@@ -108,6 +108,8 @@ TEST_F(PriorFile, BadOnesAreRefusedWithPlaceKeyAndValue) {
        "from low = 0.3 to high = 1.5", 4},
       {normal("plant.absorption_factor", "0.7", "0.1", "0.01", "1.5"), alpha + ".low", "0.01",
        "a number from 0.05 to 5", 6},
+      {normal("plant.noise_K", "0.3", "0.1", "0", "1.5"), "prior.plant.noise_K.low", "0",
+       "a number above 0", 6},
       {normal("plant.absorption_factor", "0.7", "nan", "0.3", "1.5"), alpha + ".sigma", "nan",
        "a finite number", 5},
       {table("plant.absorption_factor", "distribution = \"gamma\"\nlow = 0\nhigh = 1\n"),

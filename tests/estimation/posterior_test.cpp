@@ -13,20 +13,6 @@
 namespace photocoag::testing {
 namespace {
 
-EstimatorSettings believing() {
-  EstimatorSettings settings;
-  settings.kind = EstimatorKind::kPosterior;
-  settings.prior = seven_quantities();
-  settings.prior.noise = 0.288;
-  return settings;
-}
-
-ReducedModel model_of_seven() {
-  ReducedModel model = seven_quantity_model()->control_model();
-  model.uncertain = seven_quantity_model();
-  return model;
-}
-
 /// An eye that is one of the model's.
 struct Eye {
   QuantityVector logs;

@@ -11,20 +11,6 @@
 namespace photocoag::testing {
 namespace {
 
-ReducedModel model_of_seven() {
-  ReducedModel model = seven_quantity_model()->control_model();
-  model.uncertain = seven_quantity_model();
-  return model;
-}
-
-EstimatorSettings believing() {
-  EstimatorSettings settings;
-  settings.kind = EstimatorKind::kPosterior;
-  settings.prior = seven_quantities();
-  settings.prior.noise = 0.288;
-  return settings;
-}
-
 ControlSettings by_chance(double probability) {
   ControlSettings control;
   control.robust = Robustness::kChance;

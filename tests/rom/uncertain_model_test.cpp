@@ -102,6 +102,13 @@ TEST(UncertainModelFile, RefusesWhatDoesNotFitTogether) {
   refused([](Json& u) { u["quantities"][1]["name"] = "mood"; });
   refused([](Json& u) { u["peak_exponents"].erase(0); });
   refused([](Json& u) { u.erase("volume"); });
+  for (const char* output : {"peak", "volume"}) {
+    refused([output](Json& u) {  // power cools
+      for (Json& row : u[output]) {
+        for (Json& number : row) number = -number.get<double>();
+      }
+    });
+  }
 }
 
 }  // namespace

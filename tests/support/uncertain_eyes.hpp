@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "photocoag/estimation/settings.hpp"
 #include "photocoag/mor/uncertain_fit.hpp"
 #include "photocoag/rom/uncertain_model.hpp"
 
@@ -38,6 +39,22 @@ inline const std::shared_ptr<const UncertainModel>& seven_quantity_model() {
   static const auto model = std::make_shared<const UncertainModel>(
       fit_uncertain_model(Tissue(), coarse_grid(), seven_quantities(), 1e-3));
   return model;
+}
+
+/// Its modes for the control problem, and the responses over the quantities.
+inline ReducedModel model_of_seven() {
+  ReducedModel model = seven_quantity_model()->control_model();
+  model.uncertain = seven_quantity_model();
+  return model;
+}
+
+/// Believes in the seven, with a known noise.
+inline EstimatorSettings believing() {
+  EstimatorSettings settings;
+  settings.kind = EstimatorKind::kPosterior;
+  settings.prior = seven_quantities();
+  settings.prior.noise = 0.288;
+  return settings;
 }
 
 /// ln q of an eye inside the box: each quantity at `share` of its range, in the logarithm.

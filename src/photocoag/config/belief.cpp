@@ -1,9 +1,9 @@
 #include "photocoag/config/belief.hpp"
 
-#include <array>
 #include <cmath>
 #include <utility>
 
+#include "photocoag/config/random_quantities.hpp"
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
@@ -12,52 +12,6 @@ namespace {
 constexpr std::string_view kAlphaKey = "plant.absorption_factor";
 constexpr std::string_view kNoiseKey = "plant.noise_K";
 constexpr std::string_view kLayers = "plant.tissue.layers.";
-
-double normal_probability(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
-
-// x with normal_probability(x) = p.
-double normal_score(double p) {
-  double low = -9.0;
-  double high = 9.0;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (normal_probability(middle) < p ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-struct Moments {
-  double mean = 0.0;
-  double variance = 0.0;
-};
-
-// Of ln q, by the midpoint rule over the distribution function between the bounds.
-Moments log_moments(const RandomQuantity& quantity) {
-  constexpr int kPoints = 2000;
-  const auto score = [&](double value) {
-    return quantity.distribution == Distribution::kNormal
-               ? (value - quantity.center) / quantity.spread
-               : std::log(value / quantity.center) / quantity.spread;
-  };
-  const bool uniform = quantity.distribution == Distribution::kUniform;
-  const double first = uniform ? 0.0 : normal_probability(score(quantity.low));
-  const double last = uniform ? 1.0 : normal_probability(score(quantity.high));
-  double sum = 0.0;
-  double squares = 0.0;
-  for (int i = 0; i < kPoints; ++i) {
-    const double p = first + (last - first) * (i + 0.5) / kPoints;
-    double value = quantity.low + (quantity.high - quantity.low) * p;
-    if (quantity.distribution == Distribution::kNormal) {
-      value = quantity.center + quantity.spread * normal_score(p);
-    } else if (quantity.distribution == Distribution::kLogNormal) {
-      value = quantity.center * std::exp(quantity.spread * normal_score(p));
-    }
-    sum += std::log(value);
-    squares += std::log(value) * std::log(value);
-  }
-  const double mean = sum / kPoints;
-  return {mean, squares / kPoints - mean * mean};
-}
 
 // What the key names, and SI = written * scale.
 struct Carried {
@@ -126,7 +80,7 @@ Belief belief_of(const Prior& prior, const EstimatorSettings& estimator) {
     if (quantity.key == kNoiseKey) {
       const Moments noise = log_moments(quantity);
       belief.noise = std::exp(noise.mean);
-      belief.noise_spread = std::sqrt(noise.variance);
+      belief.noise_spread = noise.deviation;
     } else if (quantity.key != kAlphaKey) {
       listed.push_back(quantity);
     }
@@ -135,10 +89,10 @@ Belief belief_of(const Prior& prior, const EstimatorSettings& estimator) {
   std::vector<double> deviation;
   for (const RandomQuantity& quantity : listed) {
     const Carried c = carried(quantity);
-    const Moments moments = log_moments(quantity);
+    const Moments of_log = log_moments(quantity);
     belief.quantities.push_back(c.quantity);
-    belief.mean.push_back(moments.mean + std::log(c.scale));
-    deviation.push_back(std::sqrt(moments.variance));
+    belief.mean.push_back(of_log.mean + std::log(c.scale));
+    deviation.push_back(of_log.deviation);
   }
   belief.covariance.assign(n * n, 0.0);
   const auto index_of = [&](const std::string& key) {

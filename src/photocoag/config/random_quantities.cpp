@@ -319,7 +319,7 @@ void validate_prior(const Config& config) {
                                                   q.center, q.spread, q.low, q.high),
                              .accepted = "low below high, a spread above 0, a center in between"});
     }
-    if (q.key == kCalibrationFactor && !(q.low > 0.0)) {
+    if (!(q.low > 0.0)) {  // what is believed is a logarithm
       throw Error(ErrorParts{
           .key = key + ".low", .found = fmt::format("{}", q.low), .accepted = "a number above 0"});
     }

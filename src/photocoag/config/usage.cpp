@@ -42,7 +42,10 @@ struct Rule {
 constexpr Rule kRules[] = {
     {"control.", kTreating | kMany},
     {"control.period_ms", kTreating | kMany | kSteps},
+    {"control.robust", kTreating | kMany | kReducing},
+    {"control.robust_sigma", kTreating | kMany},
     {"estimator.", kTreating | kMany},
+    {"estimator.kind", kTreating | kMany | kReducing},
     {"estimator.sample_averaging_periods", kTold},
     {"estimator.sample_lag_periods", kTold},
     {"estimator.power_lag_periods", kTold},
@@ -58,7 +61,7 @@ constexpr Rule kRules[] = {
     {"tissue.ambient_C", kAll},
     {"uncertainty.",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kSpots})},
-    {"prior", kTreating},
+    {"prior", kTreating | kReducing},
     {"plant.", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) | kMany},
     {"plant.model", bits({Use::kSimulate, Use::kTreat})},
     {"plant.absorption_factor", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) |

@@ -23,7 +23,7 @@ struct UncertainState {
 /// error of the model.
 class ChanceLimit {
  public:
-  /// `model`: throws Error if the settings are bad.
+  /// Throws Error if the settings are bad.
   ChanceLimit(const UncertainModel& model, const ControlSettings& settings);
 
   /// Standard deviations kept away from the limit.

@@ -1,6 +1,7 @@
 #include "photocoag/rom/uncertain_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
@@ -92,21 +93,25 @@ void UncertainModel::step_of(double period_s, StateVector& decay, StateVector& g
   }
 }
 
-ReducedModel UncertainModel::control_model() const {
-  const int n = order();
-  StateVector decay;
-  StateVector gain;
-  step_of(period, decay, gain);
+QuantityVector UncertainModel::centre_of_box() const {
   QuantityVector centre(count());
   for (int q = 0; q < count(); ++q) {
     const UncertainQuantity& quantity = quantities[static_cast<std::size_t>(q)];
     centre[q] = 0.5 * (std::log(quantity.low) + std::log(quantity.high));
   }
+  return centre;
+}
+
+ReducedModel UncertainModel::control_model() const {
+  const int n = order();
+  StateVector decay;
+  StateVector gain;
+  step_of(period, decay, gain);
   StateVector peak_residue;
   StateVector volume_residue;
   ResidueSlopes slopes;
   ResidueSlopes other;
-  evaluate(centre, peak_residue, slopes, volume_residue, other);
+  evaluate(centre_of_box(), peak_residue, slopes, volume_residue, other);
   ReducedModel model;
   model.A = StateMatrix::Zero(n, n);
   model.A_d = StateMatrix::Zero(n, n);
@@ -148,6 +153,20 @@ void UncertainModel::validate() const {
   }
   if (!peak.allFinite() || !volume.allFinite() || !(period > 0.0)) {
     throw Error("an uncertain model with numbers that are not finite");
+  }
+  StateVector decay;
+  StateVector gain;
+  StateVector peak_residue;
+  StateVector volume_residue;
+  ResidueSlopes slopes;
+  step_of(period, decay, gain);
+  evaluate(centre_of_box(), peak_residue, slopes, volume_residue, slopes);
+  for (const StateVector& residue : {peak_residue, volume_residue}) {
+    double steady = 0.0;
+    for (int i = 0; i < order(); ++i) steady += residue[i] / rates[static_cast<std::size_t>(i)];
+    if (!(residue.dot(gain) > 0.0 && steady > residue.dot(gain))) {
+      throw Error("an uncertain model in which power does not heat");
+    }
   }
 }
 

@@ -4,9 +4,7 @@
 // the like are noexcept and allocate nothing. Threads: plain data.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <string>
+#include <Eigen/Core>
 #include <vector>
 
 #include "photocoag/core/types.hpp"
@@ -15,9 +13,9 @@
 
 namespace photocoag {
 
-/// Row i of a response's residues, column q its derivative by ln of quantity q.
-using QuantityVector = BoundedVector<kMaxQuantities>;
+using QuantityVector = BoundedVector<kMaxQuantities>;  // ln q, SI
 using QuantityMatrix = BoundedMatrix<kMaxQuantities, kMaxQuantities>;
+/// Row i, column q: derivative of residue i by ln of quantity q.
 using ResidueSlopes = BoundedMatrix<kMaxOrder, kMaxQuantities>;
 
 /// Product of Chebyshev polynomials: that of an earlier term times T_degree(x_quantity).
@@ -74,9 +72,11 @@ struct UncertainModel {
   /// coordinates R_peak,i x_i. What the optimal control problem is set up with; its input is given
   /// in every cycle.
   ReducedModel control_model() const;
+  /// ln q in the middle of every range.
+  QuantityVector centre_of_box() const;
 
-  /// Throws Error: sizes, finite numbers, decaying modes, positive impulse responses at the
-  /// centre.
+  /// Throws Error: sizes, finite numbers, decaying modes, and at the centre of the box a positive
+  /// response after one period and for ever.
   void validate() const;
 };
 
