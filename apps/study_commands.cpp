@@ -53,12 +53,13 @@ int reproduce_command(const ReproduceCommandOptions& options) {
       .studies = options.studies.empty() ? shipped_studies() : fs::path(options.studies),
       .out = folder.path(),
       .quick = options.quick,
+      .seeds = options.seeds,
       .use_cache = !options.no_cache};
   const std::vector<StudyOutcome> outcomes = reproduce(
       request,
       [](std::string_view label, double fraction) { draw_progress("studies", fraction, label); });
   clear_progress();
-  std::size_t count[3] = {};
+  std::size_t count[kClaimVerdicts] = {};
   bool as_expected = true;
   for (const StudyOutcome& outcome : outcomes) {
     print("{} ({} seeds)\n", outcome.study.title, outcome.seeds);
@@ -73,8 +74,8 @@ int reproduce_command(const ReproduceCommandOptions& options) {
     }
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  say("claims    {} hold, {} differ, {} cannot be judged here; {:.1f} s\n", count[0], count[1],
-      count[2], wall.count());
+  say("claims    {} hold, {} differ, {} undecided, {} cannot be judged here; {:.1f} s\n", count[0],
+      count[1], count[2], count[3], wall.count());
   say("report    {}\n", (request.out / "index.html").string());
   return as_expected ? 0 : 1;
 }
@@ -176,6 +177,11 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       ->add_option("--studies", reproduce_options->studies,
                    "folder with plan.toml and the studies; default: the shipped ones")
       ->type_name("DIR");
+  reproduce_app
+      ->add_option("--seeds", reproduce_options->seeds,
+                   "noise seeds per curve; default: as plan.toml says")
+      ->check(whole_number_from(1, 1000))
+      ->type_name("N");
   reproduce_app->add_flag("--quick", reproduce_options->quick,
                           "without the sensitivities: for continuous integration");
   reproduce_app->add_flag("--no-cache", reproduce_options->no_cache,

@@ -19,6 +19,7 @@ struct ReproduceCommandOptions {
   std::string out;      ///< folder, new or empty; empty: a new one below runs/
   std::string studies;  ///< folder; empty: the shipped one
   bool quick = false;
+  int seeds = 0;  ///< 0: as the plan says
   bool no_cache = false;
 };
 

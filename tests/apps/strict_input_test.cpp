@@ -33,6 +33,7 @@ TEST(StrictInput, EveryNumberOnTheCommandLineIsFiniteAndWhole) {
       "calibrate heating.csv --degree ",
       "calibrate --example heating.csv --rows ",
       "sweep --vary control.horizon=2 --seeds ",
+      "reproduce --quick --out paper --seeds ",
       "campaign demo.toml --out demo --threads ",
       "campaign demo.toml --replay ",
       "reduce --out model.json --order ",

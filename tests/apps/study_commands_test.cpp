@@ -52,12 +52,20 @@ TEST(StudyCommands, ReproduceWritesPageFiguresAndVerdicts) {
     EXPECT_TRUE(fs::exists(sandbox.path("paper/" + file))) << file;
   }
   const Json claims = Json::parse(read_all(sandbox.path("paper/claims.json")))["claims"];
-  EXPECT_EQ(claims.size(), 8U);
-  for (const Json& claim : claims) EXPECT_FALSE(claim["measured"].empty()) << claim["claim"];
+  EXPECT_EQ(claims.size(), 9U);
+  for (const Json& claim : claims) {
+    EXPECT_EQ(claim["measured"].empty(), claim["verdict"] == "cannot be judged here") << claim;
+    EXPECT_EQ(claim["seeds"], 2) << claim;
+  }
   const std::string page = read_all(sandbox.path("paper/index.html"));
   EXPECT_EQ(page.find("<script", page.find("<script") + 1), std::string::npos);  // its own alone
   EXPECT_EQ(page.find("src="), std::string::npos);
   EXPECT_EQ(sandbox.run("reproduce --quick --studies studies --out paper").exit_code, 2);
+  // More seeds: of the closed loops; the solver's times stay the plan's.
+  ASSERT_LE(sandbox.run("reproduce --quick --seeds 3 --studies studies --out more").exit_code, 1);
+  for (const Json& claim : Json::parse(read_all(sandbox.path("more/claims.json")))["claims"]) {
+    EXPECT_EQ(claim["seeds"], claim["study"] == "computation-times" ? 2 : 3) << claim;
+  }
   write_all(sandbox.path("studies/plan.toml"), "studies = [\"nothing\"]\n");
   EXPECT_EQ(sandbox.run("reproduce --studies studies --out other").exit_code, 2);
 }

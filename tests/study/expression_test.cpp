@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -42,6 +43,32 @@ TEST(Expression, NeverIsLaterThanAnythingAndNoValueProvesNothing) {
   EXPECT_FALSE(holds("max(x, never) <= 1e300"));
   EXPECT_FALSE(holds("max(x, none) <= 1e300"));
   EXPECT_FALSE(holds("max(x, none) >= 0"));
+}
+
+// Draws of the seeds with replacement: what a statistic owes to the seeds that were taken.
+TEST(Expression, ResamplingTellsChanceFromEffect) {
+  const auto values = [](const Term& term) {
+    std::vector<double> all(20, term.run == "apart" ? 1.0 : 0.0);
+    if (term.run == "one_of_twenty") all.back() = 5.0;
+    if (term.run == "half") std::fill(all.begin(), all.begin() + 10, 1.0);
+    return all;
+  };
+  const auto support = [&](const std::string& text) {
+    return evaluate_predicate(text, values, 1000).support;
+  };
+  EXPECT_EQ(support("mean(x, apart) > 0.5"), 1.0);
+  EXPECT_EQ(support("mean(x, apart) < 0.5"), 0.0);
+  // More seeds only raise a maximum: above the threshold it stays there, below it need not. Of the
+  // draws (1 - 1/20)^20 = 0.358 miss one seed of twenty; 0.05 is three deviations of 1000.
+  EXPECT_EQ(support("max(x, one_of_twenty) > 4.9"), 1.0);
+  EXPECT_NEAR(support("max(x, one_of_twenty) < 5.1"), 1.0 - 0.358, 0.05);
+  // The mean of twenty draws of a fair coin: 0.5 with a deviation of 0.112.
+  const PredicateResult half = evaluate_predicate("mean(x, half) > 0.5", values, 1000);
+  EXPECT_NEAR(half.terms.front().low, 0.5 - 1.96 * 0.112, 0.06);
+  EXPECT_NEAR(half.terms.front().high, 0.5 + 1.96 * 0.112, 0.06);
+  // The same draw for all runs: what is the same in every seed stays the same.
+  EXPECT_EQ(support("mean(x, half) - mean(y, half) < 1e-12"), 1.0);
+  EXPECT_EQ(evaluate_predicate("mean(x, half) > 0.4", values).support, 1.0);
 }
 
 TEST(Expression, RefusesWhatItDoesNotUnderstand) {

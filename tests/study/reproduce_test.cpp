@@ -42,18 +42,19 @@ TEST(Reproduce, FalsifiedDataFlipTheVerdict) {
   StudyOutcome outcome = run_study(study("four-spots-1khz"), {}, 2, pool);
   std::size_t flipped = 0;
   for (std::size_t i = 0; i < outcome.claims.size(); ++i) {
-    if (outcome.claims[i].verdict != Verdict3::kHolds) continue;
+    if (outcome.claims[i].verdict != ClaimVerdict::kHolds) continue;
     // Spot 1 becomes spot 4 and the reverse, half a limit hotter, and never at its bound.
     std::vector<RunResult> false_data = outcome.results;
     std::swap(false_data.front().measures, false_data.back().measures);
     for (RunResult& run : false_data) {
       for (double& v : run.measures.at("overshoot_K")) v += 16.0;
+      for (double& v : run.measures.at("estimate_overshoot_K")) v += 16.0;
       for (double& v : run.measures.at("late_mean_error_K")) v += 16.0;
       for (double& v : run.measures.at("saturated_until_ms")) v = -v;
     }
     const JudgedClaim judged = judge_claim(outcome.study, outcome.claims[i].claim, false_data);
-    EXPECT_EQ(judged.verdict, Verdict3::kDiffers) << judged.claim.text;
-    flipped += judged.verdict == Verdict3::kDiffers ? 1 : 0;
+    EXPECT_EQ(judged.verdict, ClaimVerdict::kDiffers) << judged.claim.text;
+    flipped += judged.verdict == ClaimVerdict::kDiffers ? 1 : 0;
   }
   EXPECT_GE(flipped, 4U);
 }
@@ -61,21 +62,70 @@ TEST(Reproduce, FalsifiedDataFlipTheVerdict) {
 TEST(Reproduce, FalsifiedTrajectoriesFlipADifference) {
   ModelPool pool(false);
   StudyOutcome outcome = run_study(study("horizon-1khz"), {}, 1, pool);
-  ASSERT_EQ(outcome.claims.front().verdict, Verdict3::kHolds);
+  ASSERT_EQ(outcome.claims.front().verdict, ClaimVerdict::kHolds);
   for (RunResult& run : outcome.results) {
     if (run.id == "free_n20") run.trajectories.front().peak_K[3] += 1.0;
   }
   EXPECT_EQ(judge_claim(outcome.study, outcome.claims.front().claim, outcome.results).verdict,
-            Verdict3::kDiffers);
+            ClaimVerdict::kDiffers);
+}
+
+RunResult measured(const std::string& id, std::vector<double> values) {
+  RunResult run;
+  run.id = id;
+  run.measures["x"] = std::move(values);
+  return run;
+}
+
+// Ten seeds above the threshold, ten below: other seeds, another verdict.
+TEST(Reproduce, AnIntervalOverTheThresholdIsUndecided) {
+  std::vector<double> both(20, 0.0);
+  for (std::size_t i = 0; i < 10; ++i) both[i] = 1.0;
+  const std::vector<RunResult> results = {measured("split", both),
+                                          measured("clear", std::vector<double>(20, 1.0))};
+  const auto verdict = [&](const std::string& predicate) {
+    return judge_claim({}, {.text = "x", .holds_if = predicate}, results).verdict;
+  };
+  EXPECT_EQ(verdict("mean(x, split) > 0.5"), ClaimVerdict::kUndecided);
+  EXPECT_EQ(verdict("mean(x, clear) > 0.5"), ClaimVerdict::kHolds);
+  EXPECT_EQ(verdict("mean(x, clear) < 0.5"), ClaimVerdict::kDiffers);
+}
+
+TEST(Reproduce, TheTruthIsJudgedBesideWhatIsSeen) {
+  const JudgedClaim judged = judge_claim(
+      {}, {.text = "x", .holds_if = "max(x, seen) <= 1", .in_truth = "max(x, true) <= 1"},
+      {measured("seen", {0.5}), measured("true", {1.5})});
+  EXPECT_EQ(judged.verdict, ClaimVerdict::kHolds);
+  ASSERT_TRUE(judged.in_truth);
+  EXPECT_EQ(*judged.in_truth, ClaimVerdict::kDiffers);
+}
+
+TEST(Reproduce, AClaimWhoseRunIsMissingCannotBeJudged) {
+  const Claim claim{.text = "x",
+                    .holds_if = "max(x, osqp) <= 1",
+                    .cannot_judge = "not in this build",
+                    .needs = "osqp"};
+  EXPECT_EQ(judge_claim({}, claim, {measured("dense", {0.5})}).verdict, ClaimVerdict::kCannotJudge);
+  EXPECT_EQ(judge_claim({}, claim, {measured("osqp", {0.5})}).verdict, ClaimVerdict::kHolds);
+}
+
+// More seeds may decide what was open, but not turn a verdict round.
+TEST(Reproduce, WithOtherSeedsOnlyTheOppositeIsUnexpected) {
+  JudgedClaim judged;
+  judged.claim.expected = "undecided";
+  judged.verdict = ClaimVerdict::kDiffers;
+  EXPECT_FALSE(judged.as_expected());
+  judged.other_seeds = true;
+  EXPECT_TRUE(judged.as_expected());
+  judged.claim.expected = "holds";
+  EXPECT_FALSE(judged.as_expected());
+  judged.verdict = ClaimVerdict::kUndecided;
+  EXPECT_TRUE(judged.as_expected());
 }
 
 TEST(Reproduce, AWrongPredicateNamesTheFileAndTheRun) {
   const Study one = study("four-spots-1khz");
-  const Claim wrong{.text = "x",
-                    .holds_if = "max(peak_max_K, spot9) < 1",
-                    .differs = {},
-                    .cannot_judge = {},
-                    .expected = {}};
+  const Claim wrong{.text = "x", .holds_if = "max(peak_max_K, spot9) < 1"};
   try {
     judge_claim(one, wrong, {});
     FAIL();

@@ -31,7 +31,14 @@ Figure column_figure(const StudyOutcome& outcome, const StudyColumn& column) {
     curves.back().ink = static_cast<Ink>(run.ink - 1);
     curves.back().dash = dash_of(run.dash);
   }
-  Figure figure = overlay_figure(curves, outcome.study.view_ms);
+  OverlayView view{.end_ms = outcome.study.view_ms, .estimate = outcome.study.experiment};
+  // Each column has its own: "_n20" stands for r1_n20 in the column with r1_n5.
+  for (const StudyRun& run : outcome.study.runs) {
+    if (outcome.study.difference_from.empty() || run.column != column.id) continue;
+    if (!run.id.ends_with(outcome.study.difference_from)) continue;
+    view.against = overlay_curve(run.label, *find(outcome.results, run.id));
+  }
+  Figure figure = overlay_figure(curves, view);
   figure.description =
       fmt::format("{}, {}: {}", outcome.study.title, column.title, figure.description);
   return figure;

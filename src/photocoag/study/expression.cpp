@@ -6,18 +6,25 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <string_view>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/random.hpp"
 
 namespace photocoag {
 namespace {
 
+// Of campaigns and studies; core/random.hpp has those of treatments.
+constexpr auto kResampling = static_cast<RandomStream>(997);
+
 class Parser {
  public:
-  Parser(const std::string& text, const MeasureSource& source) : text_(text), source_(source) {}
+  /// `value` is called with every term and its place in the text.
+  using Value = std::function<double(const Term&, std::size_t)>;
+  Parser(const std::string& text, const Value& value) : text_(text), value_(value) {}
 
   PredicateResult predicate() {
     result_.holds = true;
@@ -90,8 +97,8 @@ class Parser {
     term.run = name();
     if (take(",")) term.other = name();
     need(")");
-    const double value = statistic_of(term.statistic, source_(term));
-    result_.terms.push_back({std::move(term), value});
+    const double value = value_(term, result_.terms.size());
+    result_.terms.push_back({std::move(term), value, value, value});
     return value;
   }
   std::string name() {
@@ -128,10 +135,15 @@ class Parser {
   }
 
   const std::string& text_;
-  const MeasureSource& source_;
+  const Value& value_;
   std::size_t at_ = 0;
   PredicateResult result_;
 };
+
+// Where the statistic may lie, as far from the sample's as a draw's lies on the other side of it.
+double mirrored_at(double of_sample, double of_draw) {
+  return std::isfinite(of_draw) && of_draw != of_sample ? 2.0 * of_sample - of_draw : of_draw;
+}
 
 }  // namespace
 
@@ -139,8 +151,43 @@ std::string Term::text() const {
   return fmt::format("{}({}, {}{}{})", statistic, measure, run, other.empty() ? "" : ", ", other);
 }
 
-PredicateResult evaluate_predicate(const std::string& text, const MeasureSource& source) {
-  return Parser(text, source).predicate();
+PredicateResult evaluate_predicate(const std::string& text, const MeasureSource& source,
+                                   int resamples) {
+  std::vector<std::vector<double>> seeds;  // of every term
+  PredicateResult result = Parser(text, [&](const Term& term, std::size_t) {
+                             return statistic_of(term.statistic, seeds.emplace_back(source(term)));
+                           }).predicate();
+  result.support = result.holds ? 1.0 : 0.0;
+  if (resamples <= 0) return result;
+  std::vector<std::vector<double>> drawn(result.terms.size());
+  int holds = 0;
+  for (int r = 0; r < resamples; ++r) {
+    std::vector<double> draws;  // one per seed, the same for all runs
+    const auto mirrored = [&](const Term& term, std::size_t place) {
+      const std::vector<double>& values = seeds[place];
+      for (std::size_t i = draws.size(); i < values.size(); ++i) {
+        draws.push_back(uniform(static_cast<std::uint64_t>(r), i, kResampling));
+      }
+      std::vector<double> picked(values.size());
+      for (std::size_t i = 0; i < picked.size(); ++i) {
+        picked[i] = values[static_cast<std::size_t>(draws[i] * static_cast<double>(values.size()))];
+      }
+      return mirrored_at(result.terms[place].value, statistic_of(term.statistic, picked));
+    };
+    const PredicateResult one = Parser(text, mirrored).predicate();
+    holds += one.holds ? 1 : 0;
+    for (std::size_t t = 0; t < drawn.size(); ++t) drawn[t].push_back(one.terms[t].value);
+  }
+  result.support = static_cast<double>(holds) / resamples;
+  for (std::size_t t = 0; t < drawn.size(); ++t) {
+    std::sort(drawn[t].begin(), drawn[t].end());
+    const auto at = [&](double share) {
+      return drawn[t][static_cast<std::size_t>(share * (resamples - 1))];
+    };
+    result.terms[t].low = at(0.025);
+    result.terms[t].high = at(0.975);
+  }
+  return result;
 }
 
 double statistic_of(const std::string& statistic, std::vector<double> values) {

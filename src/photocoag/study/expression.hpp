@@ -27,16 +27,23 @@ using MeasureSource = std::function<std::vector<double>(const Term&)>;
 struct TermValue {
   Term term;
   double value = 0.0;
+  double low = 0.0;  ///< 95 % interval; the value itself without resamples
+  double high = 0.0;
 };
 
 struct PredicateResult {
   bool holds = false;
+  double support = 0.0;          ///< share of the resamples in which it holds; without them 0 or 1
   std::vector<TermValue> terms;  ///< every call, in the order of the text
 };
 
-/// Evaluates `text`. A comparison with NaN is false. Throws Error naming the text and what is wrong
-/// with it.
-PredicateResult evaluate_predicate(const std::string& text, const MeasureSource& source);
+/// Evaluates `text`. A comparison with NaN is false. With `resamples` above 0 also on so many draws
+/// of the seeds with replacement (the basic bootstrap: what the sample's statistic is to a draw's,
+/// the true one is to the sample's; the same draw for all runs, always the same draws). A maximum
+/// of the sample may then be larger, but not smaller. Throws Error naming the text and what is
+/// wrong with it.
+PredicateResult evaluate_predicate(const std::string& text, const MeasureSource& source,
+                                   int resamples = 0);
 
 /// min, max, mean, median, std (of the sample) of values; NaN if there are none. Throws Error for
 /// another name.

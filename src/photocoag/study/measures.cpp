@@ -42,6 +42,9 @@ double rms_difference(const std::vector<double>& a, const std::vector<double>& b
 double difference(const std::string& measure, const Trajectory& a, const Trajectory& b) {
   if (measure == "peak_difference_K") return largest_difference(a.peak_K, b.peak_K);
   if (measure == "peak_rms_difference_K") return rms_difference(a.peak_K, b.peak_K);
+  if (measure == "estimate_rms_difference_K") {
+    return rms_difference(a.peak_estimate_K, b.peak_estimate_K);
+  }
   if (measure == "power_rms_difference_mW") return rms_difference(a.power_mW, b.power_mW);
   if (measure == "absorption_rms_difference") {
     return rms_difference(a.absorption_factor, b.absorption_factor);
@@ -49,6 +52,7 @@ double difference(const std::string& measure, const Trajectory& a, const Traject
   throw Error(ErrorParts{.problem = "unknown measure of two runs",
                          .found = measure,
                          .accepted = "peak_difference_K, peak_rms_difference_K, "
+                                     "estimate_rms_difference_K, "
                                      "power_rms_difference_mW, absorption_rms_difference"});
 }
 
@@ -74,6 +78,15 @@ std::map<std::string, double> measure(const Config& config, const Trajectory& lo
   out["peak_max_K"] = peak_max;
   out["overshoot_K"] = peak_max - reference;
   out["over_limit_K"] = peak_max - limit;
+  // What an experiment shows.
+  const double estimate_max =
+      *std::max_element(loop.peak_estimate_K.begin(), loop.peak_estimate_K.end());
+  const double last_alpha = loop.absorption_factor.back();
+  const auto lowest_from_the_start =
+      *std::min_element(loop.absorption_factor.begin(), loop.absorption_factor.end());
+  out["estimate_overshoot_K"] = estimate_max - reference;
+  out["estimate_over_limit_K"] = estimate_max - limit;
+  out["absorption_dip_percent"] = 100.0 * (1.0 - lowest_from_the_start / last_alpha);
   out["time_to_95_ms"] = std::numeric_limits<double>::infinity();
   out["settled_ms"] = settled_from(loop, loop.peak_K, reference);
   out["absorption_settled_ms"] = settled_from(loop, loop.absorption_factor, alpha);

@@ -17,6 +17,7 @@ struct OverlayCurve {
   double limit_K = 0.0;
   double reference_K = 0.0;
   std::optional<double> absorption_true = {};
+  std::optional<double> absorption_initial = {};  ///< before the first sample
   Ink ink = Ink::kSeries1;
   Dash dash = Dash::kSolid;
 };
@@ -24,9 +25,16 @@ struct OverlayCurve {
 /// The first seed of a result.
 OverlayCurve overlay_curve(std::string label, const RunResult& result);
 
-/// Three panels from 0 to `end_ms`: peak, power, estimated absorption factor. The tissue is cold at
-/// the start, and the first power holds from there.
-Figure overlay_figure(const std::vector<OverlayCurve>& curves, double end_ms);
+/// What a figure of closed loops shows.
+struct OverlayView {
+  double end_ms = 60.0;
+  bool estimate = false;  ///< the estimated peak, as an experiment's authors see it
+  std::optional<OverlayCurve> against = {};  ///< one more panel: the peaks less that of this loop
+};
+
+/// Panels from 0 to end_ms: peak, volume temperature, power, estimated absorption factor from its
+/// initial value on. The tissue is cold at the start, and the first power holds from there.
+Figure overlay_figure(const std::vector<OverlayCurve>& curves, const OverlayView& view);
 
 /// More curves than these cannot be told apart: six inks, three dashes.
 inline constexpr std::size_t kMostCurves = 18;

@@ -22,6 +22,7 @@ constexpr std::string_view kCss = R"css(
 .claims li code{font-size:.8125rem}
 .claims .pred{width:42%}
 .claims details{border:0;padding:2px 0}
+.claims .ours{border:1px solid var(--line);border-radius:3px;padding:0 5px;font-size:.8125rem;color:var(--quiet)}
 .claims summary{font-weight:400;color:var(--quiet);font-size:.8125rem}
 .claims details code{font-size:.75rem}
 .sens td,.sens th{border-top:1px solid var(--line);padding:4px 10px 4px 0;text-align:center;font-weight:400;font-size:.875rem}
@@ -31,9 +32,10 @@ constexpr std::string_view kCss = R"css(
 @media screen and (max-width:640px){.claims .pred{width:auto}}
 )css";
 
-std::string_view symbol(Verdict3 verdict) {
-  if (verdict == Verdict3::kHolds) return "✓";
-  return verdict == Verdict3::kDiffers ? "≠" : "?";
+std::string_view symbol(ClaimVerdict verdict) {
+  if (verdict == ClaimVerdict::kHolds) return "✓";
+  if (verdict == ClaimVerdict::kUndecided) return "~";
+  return verdict == ClaimVerdict::kDiffers ? "≠" : "?";
 }
 
 // A table whose cells are not text alone.
@@ -49,31 +51,48 @@ Html wide_table(std::string_view selector, std::string_view name,
 std::string reason(const JudgedClaim& judged) {
   const Claim& claim = judged.claim;
   std::string why;
-  if (judged.verdict == Verdict3::kCannotJudge) why = claim.cannot_judge;
-  if (judged.verdict == Verdict3::kDiffers)
+  if (judged.verdict == ClaimVerdict::kCannotJudge) why = claim.cannot_judge;
+  if (judged.verdict == ClaimVerdict::kDiffers)
     why = claim.differs.empty() ? "The data contradict the claim; the study's file gives no reason."
                                 : claim.differs;
+  if (judged.verdict == ClaimVerdict::kUndecided)
+    why = "The interval covers the threshold: more seeds may decide.";
   if (!judged.as_expected())
     why += fmt::format(" The study's file expects “{}”: something has changed.", claim.expected);
   return why;
 }
 
-Html measured(const JudgedClaim& judged) {
-  if (judged.claim.holds_if.empty()) return {};
+Html term_list(const std::vector<TermValue>& terms) {
   Html list;
   std::set<std::string> shown;
-  for (const TermValue& term : judged.terms)
-    if (shown.insert(term.term.text()).second)
-      list += element("li", {element("code", term.term.text()), " = ",
-                             number_text(term.value, unit_of(term.term.measure))});
-  return element("ul", list) + element("details", {element("summary", "holds if"),
-                                                   element("code", judged.claim.holds_if)});
+  for (const TermValue& term : terms) {
+    if (!shown.insert(term.term.text()).second) continue;
+    std::string value = number_text(term.value, unit_of(term.term.measure));
+    if (term.low != term.high) value += fmt::format(" ({:.3g} to {:.3g})", term.low, term.high);
+    list += element("li", {element("code", term.term.text()), " = ", value});
+  }
+  return element("ul", list);
+}
+
+Html measured(const JudgedClaim& judged) {
+  if (judged.verdict == ClaimVerdict::kCannotJudge) return {};
+  Html all = term_list(judged.terms) + element("details", {element("summary", "holds if"),
+                                                           element("code", judged.claim.holds_if)});
+  if (judged.in_truth) {
+    all += element("p.why", {"In truth, which an experiment does not show: ",
+                             element("strong", name_of(*judged.in_truth))}) +
+           term_list(judged.truth_terms) +
+           element("details",
+                   {element("summary", "holds if"), element("code", judged.claim.in_truth)});
+  }
+  return all;
 }
 
 Html claims_table(const StudyOutcome& outcome) {
   Html rows;
   for (const JudgedClaim& judged : outcome.claims) {
     Html text(judged.claim.text);
+    if (judged.claim.ours) text = element("span.ours", "ours, not the paper's") + Html(" ") + text;
     if (const std::string why = reason(judged); !why.empty()) text += element("p.why", why);
     rows += element(
         "tr",
@@ -81,7 +100,8 @@ Html claims_table(const StudyOutcome& outcome) {
          element("td", text), element("td.pred", measured(judged))});
   }
   return wide_table("table.claims", "Claims",
-                    {"verdict", "what the paper says", "measured, over the seeds"}, rows);
+                    {"verdict", "what the paper says", "measured, over the seeds (95 % interval)"},
+                    rows);
 }
 
 Html times_table(const StudyOutcome& outcome) {
@@ -113,7 +133,7 @@ Html sensitivity_table(const StudyOutcome& outcome) {
   for (const VariedStudy& row : outcome.variations) head.push_back(row.variation.title);
   Html rows;
   for (std::size_t i = 0; i < outcome.claims.size(); ++i) {
-    if (outcome.claims[i].verdict == Verdict3::kCannotJudge) continue;
+    if (outcome.claims[i].verdict == ClaimVerdict::kCannotJudge) continue;
     Html cells = element("td", outcome.claims[i].claim.text) +
                  element("td", symbol(outcome.claims[i].verdict));
     for (const VariedStudy& row : outcome.variations)
@@ -124,7 +144,8 @@ Html sensitivity_table(const StudyOutcome& outcome) {
                  {element("summary", "Sensitivity to what the paper does not give"),
                   element("p.hint",
                           "The same predicates with other tissue, tuning or discretisation, in the "
-                          "model and in the eye alike. ✓ holds, ≠ differs."),
+                          "model and in the eye alike. ✓ holds, ≠ differs, ~ undecided with so few "
+                          "seeds."),
                   wide_table("table.sens", "Sensitivity", head, rows)});
 }
 
@@ -152,7 +173,8 @@ Html study_section(const StudyOutcome& outcome, const std::vector<StudyDrawing>&
 }
 
 Html summary(const std::vector<StudyOutcome>& outcomes) {
-  std::size_t count[3] = {};
+  std::size_t count[kClaimVerdicts] = {};
+  std::size_t ours = 0;
   std::size_t unexpected = 0;
   Html list;
   for (const StudyOutcome& outcome : outcomes) {
@@ -160,6 +182,7 @@ Html summary(const std::vector<StudyOutcome>& outcomes) {
     for (const JudgedClaim& claim : outcome.claims) {
       ++count[static_cast<int>(claim.verdict)];
       unexpected += claim.as_expected() ? 0 : 1;
+      ours += claim.claim.ours ? 1 : 0;
       claims += element("li", {symbol(claim.verdict), " ",
                                element("strong", name_of(claim.verdict)), ": " + claim.claim.text});
     }
@@ -170,10 +193,12 @@ Html summary(const std::vector<StudyOutcome>& outcomes) {
   const auto tile = [](const char* name, std::size_t value, const char* note) {
     return Tile{name, std::to_string(value), note};
   };
-  return tiles({tile("Claims", count[0] + count[1] + count[2], "of the paper's text"),
+  const std::string whose = fmt::format("{} of them ours, not the paper's", ours);
+  return tiles({tile("Claims", count[0] + count[1] + count[2] + count[3], whose.c_str()),
                 tile("✓ hold", count[0], "on the simulated eye"),
                 tile("≠ differ", count[1], "how and why stands beside each"),
-                tile("? cannot be judged", count[2],
+                tile("~ undecided", count[2], "other seeds, another verdict"),
+                tile("? cannot be judged", count[3],
                      unexpected == 0 ? "no verdict has changed" : "SOME VERDICTS HAVE CHANGED")}) +
          section("All claims", list);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -14,36 +15,60 @@
 
 namespace photocoag {
 
-std::string_view name_of(Verdict3 verdict) noexcept {
+std::string_view name_of(ClaimVerdict verdict) noexcept {
   switch (verdict) {
-    case Verdict3::kHolds:
+    case ClaimVerdict::kHolds:
       return "holds";
-    case Verdict3::kDiffers:
+    case ClaimVerdict::kDiffers:
       return "differs";
-    case Verdict3::kCannotJudge:
+    case ClaimVerdict::kUndecided:
+      return "undecided";
+    case ClaimVerdict::kCannotJudge:
       return "cannot be judged here";
   }
   return {};
 }
 
 bool JudgedClaim::as_expected() const noexcept {
-  return claim.expected.empty() || claim.expected == name_of(verdict);
+  if (claim.expected.empty() || claim.expected == name_of(verdict)) return true;
+  return other_seeds && (claim.expected == name_of(ClaimVerdict::kUndecided) ||
+                         verdict == ClaimVerdict::kUndecided);
 }
 
-JudgedClaim judge_claim(const Study& study, const Claim& claim,
-                        const std::vector<RunResult>& results) {
-  JudgedClaim judged{.claim = claim, .verdict = Verdict3::kCannotJudge, .terms = {}};
-  if (claim.holds_if.empty()) return judged;
+namespace {
+
+ClaimVerdict judge(const Study& study, const char* key, const std::string& predicate,
+                   const std::vector<RunResult>& results, std::vector<TermValue>& terms) {
+  constexpr int kResamples = 1000;
+  constexpr double kDoubt = 0.025;
   try {
-    PredicateResult result = evaluate_predicate(claim.holds_if, measures_of(results));
-    judged.verdict = result.holds ? Verdict3::kHolds : Verdict3::kDiffers;
-    judged.terms = std::move(result.terms);
+    PredicateResult result = evaluate_predicate(predicate, measures_of(results), kResamples);
+    terms = std::move(result.terms);
+    if (result.support >= 1.0 - kDoubt) return ClaimVerdict::kHolds;
+    return result.support <= kDoubt ? ClaimVerdict::kDiffers : ClaimVerdict::kUndecided;
   } catch (const Error& error) {
     ErrorParts parts = error.parts();
     parts.where = study.file.string();
-    parts.key = "claim.holds_if";
-    if (parts.accepted.empty()) parts.accepted = "in: " + claim.holds_if;
+    parts.key = key;
+    if (parts.accepted.empty()) parts.accepted = "in: " + predicate;
     throw Error(std::move(parts));
+  }
+}
+
+}  // namespace
+
+JudgedClaim judge_claim(const Study& study, const Claim& claim,
+                        const std::vector<RunResult>& results) {
+  JudgedClaim judged;
+  judged.claim = claim;
+  if (claim.holds_if.empty()) return judged;
+  const auto is_needed = [&claim](const RunResult& run) { return run.id == claim.needs; };
+  if (!claim.needs.empty() && std::none_of(results.begin(), results.end(), is_needed)) {
+    return judged;
+  }
+  judged.verdict = judge(study, "claim.holds_if", claim.holds_if, results, judged.terms);
+  if (!claim.in_truth.empty()) {
+    judged.in_truth = judge(study, "claim.in_truth", claim.in_truth, results, judged.truth_terms);
   }
   return judged;
 }
@@ -93,10 +118,12 @@ std::vector<StudyOutcome> reproduce(
   };
   for (const Study& study : studies) {
     tell(study.id, 0.0);
-    outcomes.push_back(
-        run_study(study, {}, plan.seeds, pool, [&](std::size_t done, std::size_t total) {
-          tell(study.id, static_cast<double>(done) / static_cast<double>(total));
-        }));
+    const bool loops = study.kind == StudyKind::kClosedLoop;
+    const int seeds = loops && options.seeds > 0 ? options.seeds : plan.seeds;
+    outcomes.push_back(run_study(study, {}, seeds, pool, [&](std::size_t done, std::size_t total) {
+      tell(study.id, static_cast<double>(done) / static_cast<double>(total));
+    }));
+    for (JudgedClaim& claim : outcomes.back().claims) claim.other_seeds = seeds != plan.seeds;
     step += 1.0;
     if (study.kind == StudyKind::kComputationTimes) {
       step += static_cast<double>(variations.size());
@@ -133,8 +160,10 @@ std::string claims_json(const std::vector<StudyOutcome>& outcomes, bool quick) {
       const JudgedClaim& claim = outcome.claims[i];
       Json terms = Json::array();
       for (const TermValue& term : claim.terms) {
+        const auto finite = [](double v) { return std::isfinite(v) ? Json(v) : Json(); };
         terms.push_back({{"term", term.term.text()},
-                         {"value", std::isfinite(term.value) ? Json(term.value) : Json()}});
+                         {"value", finite(term.value)},
+                         {"interval_95", {finite(term.low), finite(term.high)}}});
       }
       Json varied = Json::object();
       for (const VariedStudy& variation : outcome.variations) {
@@ -143,12 +172,14 @@ std::string claims_json(const std::vector<StudyOutcome>& outcomes, bool quick) {
       claims.push_back({{"study", outcome.study.id},
                         {"claim", claim.claim.text},
                         {"verdict", name_of(claim.verdict)},
+                        {"in_truth", claim.in_truth ? Json(name_of(*claim.in_truth)) : Json()},
+                        {"whose", claim.claim.ours ? "ours" : "paper"},
                         {"expected", claim.claim.expected},
                         {"holds_if", claim.claim.holds_if},
                         {"measured", terms},
                         {"seeds", outcome.seeds},
-                        {"why", claim.verdict == Verdict3::kDiffers ? claim.claim.differs
-                                                                    : claim.claim.cannot_judge},
+                        {"why", claim.verdict == ClaimVerdict::kDiffers ? claim.claim.differs
+                                                                        : claim.claim.cannot_judge},
                         {"sensitivity", varied}});
     }
   }

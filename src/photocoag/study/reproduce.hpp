@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,23 +18,30 @@
 
 namespace photocoag {
 
-enum class Verdict3 { kHolds, kDiffers, kCannotJudge };
+/// kUndecided: other seeds may give another verdict. The predicate is true in less than 97.5 % and
+/// in more than 2.5 % of the draws of the seeds with replacement (evaluate_predicate).
+enum class ClaimVerdict { kHolds, kDiffers, kUndecided, kCannotJudge };
+inline constexpr std::size_t kClaimVerdicts = 4;
 
-std::string_view name_of(Verdict3 verdict) noexcept;
+std::string_view name_of(ClaimVerdict verdict) noexcept;
 
 struct JudgedClaim {
   Claim claim;
-  Verdict3 verdict = Verdict3::kCannotJudge;
-  std::vector<TermValue> terms;  ///< the measured numbers behind it
+  ClaimVerdict verdict = ClaimVerdict::kCannotJudge;
+  std::vector<TermValue> terms;          ///< the measured numbers behind it
+  std::optional<ClaimVerdict> in_truth;  ///< of an experiment: by what its authors could not see
+  std::vector<TermValue> truth_terms;
+  bool other_seeds = false;  ///< not as many as the plan's, for which the file's verdict is
 
-  /// The verdict is the one that the study's file expects, or it expects none.
+  /// The verdict is the one that the study's file expects, or it expects none. With another number
+  /// of seeds, which may decide or not: it is not the opposite.
   bool as_expected() const noexcept;
 };
 
 /// Verdicts under one change of what the paper does not give; in the order of the claims.
 struct VariedStudy {
   Variation variation;
-  std::vector<Verdict3> verdicts;
+  std::vector<ClaimVerdict> verdicts;
 };
 
 struct StudyOutcome {
@@ -56,6 +64,7 @@ struct ReproduceOptions {
   std::filesystem::path studies;  ///< folder with plan.toml and the studies
   std::filesystem::path out;      ///< folder, new or empty
   bool quick = false;             ///< no sensitivities
+  int seeds = 0;                  ///< noise seeds per closed loop; 0: as the plan says
   bool use_cache = true;
 };
 

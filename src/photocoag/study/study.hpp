@@ -27,11 +27,14 @@ struct StudyColumn {
 };
 
 struct Claim {
-  std::string text;          ///< what the paper says, in our words
-  std::string holds_if;      ///< predicate; empty: cannot be judged here
-  std::string differs;       ///< how and why, should the predicate be false
-  std::string cannot_judge;  ///< why not
-  std::string expected;      ///< "holds" or "differs"; empty: depends on the machine
+  std::string text;               ///< what the paper says, in our words
+  std::string holds_if = {};      ///< predicate; empty: cannot be judged here
+  std::string in_truth = {};      ///< of an experiment: the same on what its authors could not see
+  std::string differs = {};       ///< how and why, should the predicate be false
+  std::string cannot_judge = {};  ///< why not
+  std::string needs = {};         ///< id of a run that not every build has
+  std::string expected = {};      ///< "holds", "differs", "undecided"; empty: the machine's matter
+  bool ours = false;              ///< not the paper's
 };
 
 enum class StudyKind { kClosedLoop, kComputationTimes };
@@ -46,7 +49,9 @@ struct Study {
   std::string base;   ///< configuration file; empty: the defaults
   std::vector<std::string> set;
   double view_ms = 60.0;
-  std::vector<int> horizons;  ///< of a table of computation times
+  bool experiment = false;      ///< draw what its authors could see: the estimate
+  std::string difference_from;  ///< end of the id of the run to draw the differences from; or empty
+  std::vector<int> horizons;    ///< of a table of computation times
   std::vector<StudyColumn> columns;
   std::vector<StudyRun> runs;
   std::vector<Claim> claims;
