@@ -44,6 +44,11 @@ std::vector<double> draw_inputs(const Campaign& campaign, std::uint64_t spot);
 /// Seed of the measurement noise of a spot.
 std::uint64_t noise_seed(const Campaign& campaign, std::uint64_t spot) noexcept;
 
+/// Unit of an input: of its key's ending.
+std::string_view input_unit(std::string_view key) noexcept;
+/// The input's key without "plant.", "tissue." and "layers.", for columns and headings.
+std::string short_name(const std::string& key);
+
 /// Sets inputs of one configuration again and again, without parsing.
 class InputSetter {
  public:

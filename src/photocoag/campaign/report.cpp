@@ -9,7 +9,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/page/page.hpp"

@@ -61,24 +61,6 @@ std::vector<Column> columns_of(const Campaign& campaign) {
 
 }  // namespace
 
-std::string_view input_unit(std::string_view key) noexcept {
-  for (const auto& [ending, unit] : {std::pair<std::string_view, std::string_view>{"_um", "um"},
-                                     {"_per_mK", "W/(m K)"},
-                                     {"_per_m", "1/m"},
-                                     {"_K", "K"}}) {
-    if (key.ends_with(ending)) return unit;
-  }
-  return "1";
-}
-
-std::string short_name(const std::string& key) {
-  std::string name = key;
-  for (const std::string_view part : {"plant.", "tissue.", "layers."}) {
-    if (name.starts_with(part)) name.erase(0, part.size());
-  }
-  return name;
-}
-
 void write_results(const std::filesystem::path& file, const Campaign& campaign,
                    const std::vector<SpotRecord>& spots) {
   const std::vector<Column> columns = columns_of(campaign);

@@ -15,9 +15,4 @@ namespace photocoag {
 void write_results(const std::filesystem::path& file, const Campaign& campaign,
                    const std::vector<SpotRecord>& spots);
 
-/// Unit of an input: of its key's ending.
-std::string_view input_unit(std::string_view key) noexcept;
-/// The input's key without "plant.", "tissue." and "layers.", for columns and headings.
-std::string short_name(const std::string& key);
-
 }  // namespace photocoag

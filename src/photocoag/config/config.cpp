@@ -212,11 +212,9 @@ bool Config::believes() const noexcept {
   return estimator.kind == EstimatorKind::kPosterior || control.robust == Robustness::kChance;
 }
 
-namespace {
-
-Config load(const std::string& file, const std::vector<std::string>& overrides, Places& places) {
+Config config_of(const std::vector<Source>& sources, Places& places) {
   Config config;
-  places = read_sources(read_all(file, overrides), config);
+  places = read_sources(sources, config);
   try {
     config.validate();
     if (config.believes()) {
@@ -229,17 +227,15 @@ Config load(const std::string& file, const std::vector<std::string>& overrides, 
   return config;
 }
 
-}  // namespace
-
 Config load_config(const std::string& file, const std::vector<std::string>& overrides) {
   Places places;
-  return load(file, overrides, places);
+  return config_of(read_all(file, overrides), places);
 }
 
 Config load_config(const std::string& file, const std::vector<std::string>& overrides, Use use,
                    std::vector<UnusedKey>& unused) {
   Places places;
-  const Config config = load(file, overrides, places);
+  const Config config = config_of(read_all(file, overrides), places);
   refuse_contradictions(config, places, use);
   unused = unused_keys(config, places, use);
   return config;

@@ -31,4 +31,8 @@ using Places = std::map<std::string, Place>;
 /// [tissue]. Checks keys and types, not ranges. Throws Error.
 Places read_sources(const std::vector<Source>& sources, Config& config);
 
+/// read_sources on the defaults, then validates all of it: load_config() of sources that are there
+/// already. `places` as of read_sources. Throws Error with the place of the value.
+Config config_of(const std::vector<Source>& sources, Places& places);
+
 }  // namespace photocoag

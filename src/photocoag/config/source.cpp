@@ -205,6 +205,16 @@ Value read_toml_file(const std::string& file) {
   return parse(plain_text(read_file(file, kMostBytes, "TOML file"), file), file, true);
 }
 
+Value read_toml_text(std::string_view text, const std::string& name) {
+  if (text.size() > kMostBytes) {
+    throw Error({.where = name,
+                 .problem = "too long",
+                 .found = fmt::format("{} bytes", text.size()),
+                 .accepted = fmt::format("at most {} bytes", kMostBytes)});
+  }
+  return parse(plain_text(std::string(text), name), name, true);
+}
+
 Value read_override(const std::string& option) {
   const std::string name = "--set " + shown(option);
   const std::size_t equals = option.find('=');

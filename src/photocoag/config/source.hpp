@@ -40,6 +40,9 @@ std::string_view kind_name(Value::Kind kind) noexcept;
 /// Throws Error naming file:line:column and what the parser says.
 Value read_toml_file(const std::string& file);
 
+/// The same of a text that has been read already; `name` stands for the file. Throws Error.
+Value read_toml_text(std::string_view text, const std::string& name);
+
 /// Reads "key=value"; the value is TOML, else a bare string. Throws Error naming the option.
 Value read_override(const std::string& option);
 

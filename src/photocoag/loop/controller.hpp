@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/real_time.hpp"
@@ -49,16 +50,19 @@ struct Decision {
                              std::numeric_limits<double>::quiet_NaN()};
 };
 
-/// `Mpc` is constructed from (model, control).
-template <PredictiveController Mpc>
+/// `Mpc` is constructed from (model, control); `Filter` from (model, estimator), or given.
+template <PredictiveController Mpc, Estimator Filter = AnyEstimator>
 class BasicController {
  public:
   /// Throws Error on bad settings or a model for another period.
   BasicController(const ReducedModel& model, const ControlSettings& control,
                   const EstimatorSettings& estimator)
-      : filter_(model, estimator),
-        mpc_(control_model(model, filter_), control),
-        transition_(control_model(model, filter_).A_d),
+      : BasicController(model, control, estimator, Filter(model, estimator)) {}
+  BasicController(const ReducedModel& model, const ControlSettings& control,
+                  const EstimatorSettings& estimator, Filter filter)
+      : filter_(std::move(filter)),
+        mpc_(control_model(model), control),
+        transition_(control_model(model).A_d),
         delay_(control.delay),
         solve_every_(control.solve_every),
         planned_stages_(control.horizon - 1),
@@ -68,13 +72,13 @@ class BasicController {
       robust_.emplace(model, control, estimator.absorption_max);
     }
     if (control.robust == Robustness::kChance) {
-      if (filter_.posterior() == nullptr) {
+      if (posterior() == nullptr) {
         throw Error(ErrorParts{.key = "control.robust",
                                .problem = "a probability needs to know what is uncertain",
                                .found = "\"chance\"",
                                .accepted = "\"none\", or estimator.kind = \"posterior\""});
       }
-      chance_.emplace(filter_.posterior()->model(), control);
+      chance_.emplace(posterior()->model(), control);
     }
     powers_.setZero(planned_stages_);
     identification_ = {std::llround(control.identification_duration / control.period),
@@ -138,7 +142,7 @@ class BasicController {
             .status = status};
   }
 
-  const AnyEstimator& filter() const noexcept { return filter_; }
+  const Filter& filter() const noexcept { return filter_; }
 
  private:
   // The gentle start: for a time, or until the next peak is known well enough.
@@ -199,7 +203,7 @@ class BasicController {
                             double previous) noexcept PHOTOCOAG_NONBLOCKING {
     constexpr int kMostSolves = 4;
     constexpr double kSame = 1e-3;  // of the largest power
-    const PosteriorEstimator& known = *filter_.posterior();
+    const PosteriorEstimator& known = *posterior();
     modes_ = known.modes();
     if (delay_ == 1) modes_ = known.after(modes_, pending_power_);
     powers_.setConstant(previous);
@@ -222,12 +226,18 @@ class BasicController {
     return result;
   }
 
-  // The posterior's modes have a control problem of their own.
-  static ReducedModel control_model(const ReducedModel& model, const AnyEstimator& filter) {
-    return filter.posterior() == nullptr ? model : filter.posterior()->model().control_model();
+  // Null unless the filter has one: what a chance limit asks.
+  const PosteriorEstimator* posterior() const noexcept {
+    if constexpr (requires { filter_.posterior(); }) return filter_.posterior();
+    return nullptr;
   }
 
-  AnyEstimator filter_;
+  // The posterior's modes have a control problem of their own.
+  ReducedModel control_model(const ReducedModel& model) const {
+    return posterior() == nullptr ? model : posterior()->model().control_model();
+  }
+
+  Filter filter_;
   Mpc mpc_;
   std::optional<RobustLimit> robust_;
   std::optional<ChanceLimit> chance_;

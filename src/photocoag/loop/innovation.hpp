@@ -11,8 +11,8 @@ struct Innovation {
   double sigma = 0.0;
 };
 
-template <PredictiveController M>
-Innovation innovation_of(const BasicController<M>& controller) noexcept {
+template <PredictiveController M, Estimator F>
+Innovation innovation_of(const BasicController<M, F>& controller) noexcept {
   return {controller.filter().innovation(), controller.filter().innovation_sigma()};
 }
 

@@ -150,6 +150,10 @@ void write_run(const fs::path& folder, const Config& config, const Treatment& tr
 }
 
 void write_summary(const fs::path& folder, const Config& config, const Treatment& treatment) {
+  write_file(folder / "summary.json", summary_json(config, treatment));
+}
+
+std::string summary_json(const Config& config, const Treatment& treatment) {
   const RunSummaryNumbers numbers = summarize(config, treatment);
   Json summary = {
       {"notice", kResearchNotice},
@@ -225,7 +229,7 @@ void write_summary(const fs::path& folder, const Config& config, const Treatment
   }
   // Names of files need not be UTF-8.
   const auto replace = Json::error_handler_t::replace;
-  write_file(folder / "summary.json", summary.dump(2, ' ', false, replace) + "\n");
+  return summary.dump(2, ' ', false, replace) + "\n";
 }
 
 }  // namespace photocoag

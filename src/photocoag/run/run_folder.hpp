@@ -46,6 +46,8 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);
 /// run.csv and summary.json. Throws Error.
 void write_run(const std::filesystem::path& folder, const Config& config,
                const Treatment& treatment);
+/// What summary.json says.
+std::string summary_json(const Config& config, const Treatment& treatment);
 /// summary.json alone. Throws Error.
 void write_summary(const std::filesystem::path& folder, const Config& config,
                    const Treatment& treatment);

@@ -23,10 +23,17 @@
 namespace photocoag {
 namespace {
 
-// Samples of the cold eye at 0 W and a trip of its watchdog, on a copy of the eye: the treatment
-// starts from cold tissue whatever the test did.
-template <Plant P>
-SelfTestReport self_test(SimulatedEye<P> eye, int delay, bool log_has_room) {
+// Tissue that nothing heats.
+struct ColdPlant {
+  void step(double) noexcept {}
+  Outputs outputs() const noexcept { return {}; }
+};
+
+// Samples of the cold eye at 0 W and a trip of its watchdog. Not on the treatment's own tissue,
+// which stays cold whatever the test does.
+SelfTestReport self_test(const Config& config, bool log_has_room) {
+  const int delay = config.control.delay;
+  SimulatedEye<ColdPlant> eye({}, config.plant.noise, config.run.seed, {.delay = delay});
   constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
   constexpr std::uint64_t kSamples = 64;
   std::vector<double> baseline;
@@ -56,13 +63,16 @@ struct Surroundings {
   std::atomic<std::size_t>& progress;
   LogWriter* log;  ///< may be null
   const EyeDeviation& eye;
+  const OwnParts& own = kNoOwnParts;
+
+  static inline const OwnParts kNoOwnParts{};
 };
 
 template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
                const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
-  auto& [pacing, stop, progress, log, options] = around;
+  auto& [pacing, stop, progress, log, options, own] = around;
   TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config));
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
@@ -96,8 +106,6 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 template <Controlling C, Plant P>
 void run(const Config& config, C& controller, P plant, const Surroundings& around,
          Treatment& treatment) {
-  const SimulatedEye<P> cold(plant, config.plant.noise, config.run.seed,
-                             {.delay = config.control.delay});
   SimulatedEye<P> eye(
       std::move(plant), config.plant.noise, config.run.seed,
       {.delay = around.eye.delay.value_or(config.control.delay),
@@ -115,9 +123,8 @@ void run(const Config& config, C& controller, P plant, const Surroundings& aroun
   Supervisor supervisor(limits, witness_model(config));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
-  const SelfTestReport report = around.eye.self_test
-                                    ? self_test(cold, config.control.delay, log_is_good)
-                                    : passed_self_test(config.plant.noise);
+  const SelfTestReport report =
+      around.eye.self_test ? self_test(config, log_is_good) : passed_self_test(config.plant.noise);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw Error(not_ready(report, limits));
   }
@@ -150,18 +157,17 @@ void require_real_time(const Config& config) {
 
 namespace {
 
-template <PredictiveController M>
-Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
+// On the eye that is there: one's own, the full-order one, the reduced one.
+template <Controlling C>
+Treatment close_loop(const Config& config, C& controller, const EyeModel& eye,
                      const Surroundings& around) {
-  // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
-  // and memory warm.
-  std::optional<BasicController<M>> place;
-  place.emplace(model, config.control, config.estimator);
-  place->decide();
-  place->step({.volume_temperature = 0.0, .applied_power = 0.0});
-  BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
   Treatment treatment;
   treatment.records.resize(config.cycles());
+  if (around.own.plant) {
+    OwnController any(controller);
+    run(config, any, *around.own.plant, around, treatment);
+    return treatment;
+  }
   treatment.full_order_states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
   const PlantSettings& plant = config.plant;
   const BenchSettings& bench = plant.bench;
@@ -183,8 +189,25 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   return treatment;
 }
 
+template <PredictiveController M>
+Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                     const Surroundings& around) {
+  // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
+  // and memory warm.
+  std::optional<BasicController<M>> place;
+  place.emplace(model, config.control, config.estimator);
+  place->decide();
+  place->step({.volume_temperature = 0.0, .applied_power = 0.0});
+  BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
+  return close_loop(config, controller, eye, around);
+}
+
 Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel& eye,
                 const Surroundings& around) {
+  if (around.own.controller) {
+    OwnController controller = *around.own.controller;
+    return close_loop(config, controller, eye, around);
+  }
   const ReducedModel model = told_of(plain, config.estimator.timing);
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
@@ -238,6 +261,14 @@ Treatment simulate_eye(const Config& config, const ReducedModel& model, const Ey
   const std::atomic<bool> never{false};
   std::atomic<std::size_t> progress{0};
   return treat(config, model, eye, {Pacing::kVirtualTime, never, progress, nullptr, options});
+}
+
+Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                        const OwnParts& own, const std::atomic<bool>& stop,
+                        std::atomic<std::size_t>& progress) {
+  const EyeDeviation as_configured;
+  return treat(config, model, eye,
+               {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, own});
 }
 
 }  // namespace photocoag

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/loop/own_parts.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/real_time.hpp"
@@ -85,5 +86,11 @@ struct EyeDeviation {
 /// the configuration's tissue only the supervisor's witness is made. Throws Error on bad settings.
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
                        const EyeDeviation& options = {});
+
+/// The closed loop of run_treatment in virtual time on the calling thread, with parts of one's own
+/// in place of the controller or the eye's tissue. Throws Error before the loop only.
+Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                        const OwnParts& own, const std::atomic<bool>& stop,
+                        std::atomic<std::size_t>& progress);
 
 }  // namespace photocoag

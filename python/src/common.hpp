@@ -1,0 +1,87 @@
+// Role: the Python package; what its parts share: configuration with its sources, models of a
+// configuration, work that Ctrl-C can stop. Units: SI inside. Threads: the GIL is held on entry and
+// on return; work() runs without it.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/config/reader.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/treatment.hpp"
+
+namespace photocoag::python {
+
+namespace nb = nanobind;
+
+/// "key=value" and the folder that a relative path in it starts from.
+struct Override {
+  std::string option;
+  std::string folder;
+};
+
+/// A configuration that remembers where it came from, so that a later change means what `--set`
+/// means.
+class OwnedConfig {
+ public:
+  /// `text`: TOML, `name`: what stands for its file in messages. Throws Error.
+  OwnedConfig(std::string text, std::string name, std::string folder,
+              std::vector<Override> overrides);
+
+  OwnedConfig with(const std::vector<Override>& more) const;
+  /// Throws Error if something contradicts a run in virtual time.
+  void require_simulation() const;
+
+  const Config& config() const noexcept { return config_; }
+  const std::string& text() const noexcept { return text_; }
+  const std::string& name() const noexcept { return name_; }
+  const std::string& folder() const noexcept { return folder_; }
+  const std::vector<Override>& overrides() const noexcept { return overrides_; }
+
+ private:
+  std::string text_, name_, folder_;
+  std::vector<Override> overrides_;
+  Places places_;  // filled by what makes config_
+  Config config_;
+};
+
+/// What simulations of one configuration share, built once. Immutable but for the store.
+struct Models {
+  std::unique_ptr<ModelStore> store;  ///< under `mutex` after construction
+  std::mutex mutex;
+  const ReducedModel* reduced = nullptr;
+  std::optional<ReducedModel> reduced_eye;
+
+  EyeModel eye() const;
+};
+
+/// The models of a configuration, from this process's memory if they are there; with `eye` false
+/// that of the simulated eye is left out. Called without the GIL. Throws Error.
+std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache, bool eye);
+
+/// What the controller is told, see told_to_controller(); remembered. Called without the GIL.
+Config told(const Config& config, const ReducedModel& model);
+
+/// Runs `work(stop)` on a thread of its own without the GIL; meanwhile looks for signals (Ctrl-C
+/// sets `stop`, waits for the end and raises KeyboardInterrupt) and calls `watch` some times a
+/// second. Rethrows what the work throws.
+void interruptible(const std::function<void(std::atomic<bool>& stop)>& work,
+                   const std::function<void()>& watch = {});
+
+void bind_config(nb::module_& module);
+void bind_models(nb::module_& module);
+void bind_controller(nb::module_& module);
+void bind_run(nb::module_& module);
+void bind_many(nb::module_& module);
+void bind_eye(nb::module_& module);
+
+}  // namespace photocoag::python

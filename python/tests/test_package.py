@@ -1,0 +1,64 @@
+"""The package as a whole: types, examples, documents, exports."""
+
+import doctest
+import inspect
+import os
+import pathlib
+import re
+import runpy
+import subprocess
+import sys
+
+import pytest
+
+import photocoag as pc
+
+from conftest import ROOT
+
+EXAMPLES = sorted((ROOT / "python/examples").glob("*.py"))
+PACKAGE = pathlib.Path(pc.__file__).parent
+
+
+def test_examples_pass_strict_typing(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), *map(str, EXAMPLES)],
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+        env={**os.environ, "MYPYPATH": str(PACKAGE.parent)},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
+def test_examples_run(example, capsys):
+    runpy.run_path(str(example), run_name="__main__")
+    assert "K" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("module", ["photocoag", *(f"photocoag.{f.stem}" for f in PACKAGE.glob("_[a-z]*.py"))])
+def test_docstrings_are_true(module):
+    __import__(module)
+    failed, _ = doctest.testmod(sys.modules[module], optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert failed == 0
+
+
+def test_what_is_public_is_documented():
+    for name in pc.__all__:
+        if name.startswith("__"):
+            continue
+        thing = getattr(pc, name)
+        assert inspect.getdoc(thing), name
+        if inspect.isfunction(thing):
+            assert ">>>" in thing.__doc__ or name in ("treat", "campaign", "reproduce", "reduce"), name
+
+
+def test_the_documents_python_runs():
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.S)
+    assert len(blocks) == 3
+    names = {}
+    for block in blocks:
+        exec(compile(block, "docs/python.md", "exec"), names)
+
+
+def test_one_version_everywhere():
+    found = re.search(r"project\(photocoag VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())
+    assert found and found[1] == pc.__version__

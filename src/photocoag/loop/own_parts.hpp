@@ -1,0 +1,71 @@
+// Role: simulation; a plant and a controller behind plain functions, for parts that are written
+// after the loop was compiled (the Python package). Used by run. Units: SI. Real time: none is
+// promised for what stands behind the functions.
+#pragma once
+
+#include <optional>
+
+#include "photocoag/core/outputs.hpp"
+#include "photocoag/loop/innovation.hpp"
+#include "photocoag/loop/plant.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
+
+namespace photocoag {
+
+/// A Plant elsewhere. Copies share it.
+class OwnPlant {
+ public:
+  /// `plant` must outlive this.
+  template <Plant P>
+  explicit OwnPlant(P& plant)
+      : plant_(&plant),
+        step_([](void* p, double power) noexcept { static_cast<P*>(p)->step(power); }),
+        outputs_([](void* p) noexcept { return static_cast<P*>(p)->outputs(); }) {}
+
+  void step(double power) noexcept { step_(plant_, power); }
+  Outputs outputs() const noexcept { return outputs_(plant_); }
+
+ private:
+  void* plant_;
+  void (*step_)(void*, double) noexcept;
+  Outputs (*outputs_)(void*) noexcept;
+};
+
+/// A controller elsewhere, see Controlling. Copies share it.
+class OwnController {
+ public:
+  /// `controller` must outlive this.
+  template <Controlling C>
+  explicit OwnController(C& controller)
+      : controller_(&controller),
+        observe_([](void* c, const Sample& sample) noexcept {
+          return static_cast<C*>(c)->observe(sample);
+        }),
+        decide_([](void* c) noexcept { return static_cast<C*>(c)->decide(); }),
+        estimate_([](void* c) noexcept { return static_cast<C*>(c)->estimate(); }),
+        innovation_([](void* c) noexcept { return innovation_of(*static_cast<const C*>(c)); }) {}
+
+  Estimate observe(const Sample& sample) noexcept { return observe_(controller_, sample); }
+  Decision decide() noexcept { return decide_(controller_); }
+  Estimate estimate() const noexcept { return estimate_(controller_); }
+  friend Innovation innovation_of(const OwnController& own) noexcept {
+    return own.innovation_(own.controller_);
+  }
+
+ private:
+  void* controller_;
+  Estimate (*observe_)(void*, const Sample&) noexcept;
+  Decision (*decide_)(void*) noexcept;
+  Estimate (*estimate_)(void*) noexcept;
+  Innovation (*innovation_)(void*) noexcept;
+};
+
+static_assert(Plant<OwnPlant> && Controlling<OwnController>);
+
+/// What replaces ours; empty: ours.
+struct OwnParts {
+  std::optional<OwnPlant> plant;
+  std::optional<OwnController> controller;
+};
+
+}  // namespace photocoag
