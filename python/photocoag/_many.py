@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import sys
 import tempfile
@@ -151,14 +152,14 @@ class Campaign:
     """
 
     def __init__(
-        self, columns: Mapping[str, npt.NDArray[Any]], units: dict[str, str], summary: dict[str, Any]
+        self, columns: Mapping[str, npt.NDArray[Any]], units: dict[str, str], summary: str
     ) -> None:
         dtype = [(name, values.dtype) for name, values in columns.items()]
         self.spots: npt.NDArray[np.void] = np.empty(len(columns["spot"]), dtype=dtype)
         for name, values in columns.items():
             self.spots[name] = values
         self.units = units
-        self.summary = summary
+        self.summary: dict[str, Any] = json.loads(summary)
 
     def to_pandas(self) -> pandas.DataFrame:
         """The spots as a DataFrame, indexed by their number; needs pandas."""

@@ -112,30 +112,7 @@ nb::list simulate_seeds(const OwnedConfig& owned, const std::vector<std::uint64_
   return list;
 }
 
-nb::dict summary_of(const Campaign& campaign, const std::vector<SpotRecord>& spots) {
-  const CampaignSummary summary = summarize_campaign(spots);
-  const auto count = static_cast<double>(spots.size());
-  double highest = 0.0;
-  for (const SpotRecord& spot : spots) {
-    highest = std::max(highest, spot.outcomes[outcome_index("peak_max_K")]);
-  }
-  nb::dict dict;
-  dict["spots"] = spots.size();
-  dict["over_limit_spots"] = summary.violations;
-  dict["over_limit_probability"] = summary.probability;
-  dict["over_limit_probability_low"] = summary.probability_low;
-  dict["over_limit_probability_high"] = summary.probability_high;
-  dict["held_mean_error_K"] = summary.held_mean_K;
-  dict["held_std_error_K"] = summary.held_deviation_K;
-  dict["reached_95_percent"] =
-      spots.empty() ? 0.0 : 1.0 - static_cast<double>(summary.never_reached) / count;
-  dict["stopped_spots"] = summary.stopped;
-  dict["peak_max_K"] = highest;
-  dict["seed"] = campaign.seed;
-  return dict;
-}
-
-// (columns by name, units by name, summary)
+// (columns by name, units by name, summary as JSON)
 nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb::handle progress) {
   const Campaign description = load_campaign(file);
   std::vector<SpotRecord> spots(description.spots);
@@ -170,7 +147,7 @@ nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb
     const OutcomeColumn& column = outcome_columns()[i];
     add(std::string(column.name), column.unit, [i](const SpotRecord& s) { return s.outcomes[i]; });
   }
-  return nb::make_tuple(columns, units, summary_of(description, spots));
+  return nb::make_tuple(columns, units, campaign_json(description, spots));
 }
 
 // (study, claim, verdict, expected) of every claim.

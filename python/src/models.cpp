@@ -159,7 +159,10 @@ void bind_full_order_model(nb::module_& module) {
 
 template <typename P>
 void bind_plant(nb::module_& module, const char* name) {
-  nb::class_<P>(module, name)
+  nb::class_<P>(
+      module, name,
+      "A simulated eye that starts cold: step(power), W, is one control period of constant "
+      "power; outputs() is (volume_K, peak_K) at its end.")
       .def(
           "step",
           [](P& plant, nb::handle power) {
