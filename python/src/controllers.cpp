@@ -10,6 +10,7 @@
 
 #include "arrays.hpp"
 #include "common.hpp"
+#include "photocoag/rom/intersample.hpp"
 
 namespace photocoag::python {
 namespace {
@@ -101,8 +102,9 @@ void bind_controller(nb::module_& module) {
       .def(
           "__init__",
           [](OwnedController* self, const ReducedModel& model, const OwnedConfig& config) {
-            made(model, config,
-                 [&](const Config& controlled) { new (self) OwnedController(model, controlled); });
+            made(model, config, [&](const Config& controlled) {
+              new (self) OwnedController(told_of(model, controlled.estimator.timing), controlled);
+            });
           },
           nb::arg("model"), nb::arg("config"))
       .def(
@@ -150,7 +152,8 @@ void bind_controller(nb::module_& module) {
           "__init__",
           [](OwnedEstimator* self, const ReducedModel& model, const OwnedConfig& config) {
             check_period(model, config.config());
-            new (self) OwnedEstimator(model, config.config().estimator);
+            const EstimatorSettings& settings = config.config().estimator;
+            new (self) OwnedEstimator(told_of(model, settings.timing), settings);
           },
           nb::arg("model"), nb::arg("config"))
       .def(

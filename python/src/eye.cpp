@@ -25,7 +25,11 @@ class Eye {
     const AbsorptionFactors at(absorption_factor, config_.plant.choroid_factor);
     const EyeSettings settings{
         .delay = config_.control.delay,
-        .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing};
+        .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing,
+        .sensor_gain = config_.plant.bench.sample_gain,
+        .power_gain = config_.plant.bench.power_gain,
+        .power_lag = config_.plant.bench.timing.power_lag,
+        .readback = config_.plant.bench.readback == PowerReadback::kEmitted};
     const EyeModel eye = models_->eye();
     const double noise = config_.plant.noise;
     if (eye.full) {
@@ -65,6 +69,12 @@ void bind_eye(nb::module_& module) {
       .def("__init__",
            [](Eye* self, const OwnedConfig& owned, bool use_cache) {
              owned.require_simulation();
+             if (owned.config().plant.bench.needs_intersample()) {
+               throw Error(ErrorParts{.key = "plant",
+                                      .problem = "samples between the periods are not stepped here",
+                                      .found = "lags, means or drift of the bench",
+                                      .accepted = "none of them, or simulate()"});
+             }
              const Config config = owned.config();
              std::shared_ptr<Models> models;
              interruptible(

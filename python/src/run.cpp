@@ -14,6 +14,7 @@
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/log/fields.hpp"
 #include "photocoag/report/report.hpp"
+#include "photocoag/rom/intersample.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
@@ -94,6 +95,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
     own.plant.emplace(python_plant.emplace(plant, failure));
   }
   const EyeModel eye = own.plant ? EyeModel{} : models.eye();
+  const ReducedModel model = told_of(*models.reduced, controlled.estimator.timing);
   const auto simulate = [&](auto& part) {
     own.controller.emplace(part);
     run.treatment = simulate_with(controlled, *models.reduced, eye, own, stop, progress);
@@ -107,8 +109,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
                                failure);
       return simulate(part);
     }
-    BasicController<M, F> part(*models.reduced, controlled.control, controlled.estimator,
-                               std::move(filter));
+    BasicController<M, F> part(model, controlled.control, controlled.estimator, std::move(filter));
     simulate(part);
   };
   if (nb::isinstance<OwnedController>(controller)) {
@@ -118,9 +119,9 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
   } else if (nb::isinstance<OwnedEstimator>(estimator)) {
     with_filter(nb::cast<OwnedEstimator&>(estimator).filter);
   } else if (!estimator.is_none()) {
-    with_filter(PythonEstimator(estimator, *models.reduced, controlled.estimator, failure));
+    with_filter(PythonEstimator(estimator, model, controlled.estimator, failure));
   } else {
-    with_filter(AnyEstimator(*models.reduced, controlled.estimator));
+    with_filter(AnyEstimator(model, controlled.estimator));
   }
 }
 
