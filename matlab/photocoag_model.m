@@ -17,8 +17,8 @@ function model = photocoag_model(file, absorption_factor, choroid_factor)
     error('photocoag:absorption_factor', 'absorption_factor: a finite number above 0 is accepted');
   end
   content = jsondecode(fileread(file));
-  if ~isfield(content, 'format') || ~strcmp(content.format, 'photocoag reduced model') || content.version ~= 1
-    error('photocoag:file', '%s: not a reduced model file of version 1', file);
+  if ~isfield(content, 'format') || ~strcmp(content.format, 'photocoag reduced model') || ~any(content.version == [1 2])
+    error('photocoag:file', '%s: not a reduced model file of version 1 or 2', file);
   end
   theta = coefficients(content.theta, absorption_factor, choroid_factor);
   C_volume = theta.' * terms(content.continuous.C_volume, numel(theta));

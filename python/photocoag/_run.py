@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -100,16 +101,35 @@ class Run:
         return self._units
 
     def _read_columns(self) -> None:
-        columns: list[tuple[str, npt.NDArray[Any]]] = []
-        for name, unit, values, words in self._core.columns():
-            self._units[name] = unit
-            columns.append((name, values if words is None else np.asarray(words)[values]))
-        dtype = [(name, values.dtype) for name, values in columns]
-        table = np.empty(len(columns[0][1]), dtype=dtype)
-        for name, values in columns:
-            table[name] = values
-        table.flags.writeable = False
-        self._cycles = table
+        self._cycles, self._units = _table(self._core.columns())
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str]) -> Run:
+        """Read a run folder that the program wrote, of a simulated eye or of a device.
+
+        Parameters
+        ----------
+        folder : str or path
+            Holds ``config.toml``, ``run.csv`` and ``summary.json``.
+
+        Raises
+        ------
+        ConfigError
+            A file is missing or damaged; `where` names it.
+        """
+        if not isinstance(folder, (str, os.PathLike)) or "\0" in os.fsdecode(folder):
+            raise refuse("folder", folder, "the name of a run folder")
+        path = Path(os.fsdecode(folder))
+        config = Config.load(path / "config.toml")
+        cycles, units = _table(_core.read_columns(str(path / "run.csv")))
+        try:
+            csv = (path / "run.csv").read_bytes().decode()
+            summary = json.loads((path / "summary.json").read_bytes())
+        except (OSError, ValueError) as error:
+            raise refuse("summary.json", str(error), "the summary.json of a run folder") from None
+        if not isinstance(summary, dict):
+            raise refuse("summary.json", summary, "the summary.json of a run folder")
+        return FrozenRun(config, summary, cycles, units, csv)
 
     def to_pandas(self) -> pandas.DataFrame:
         """The cycles as a DataFrame; needs pandas."""
@@ -165,8 +185,20 @@ class Run:
         return FrozenRun, (self.config, self.summary, np.array(self.cycles), dict(self.units), self.to_csv())
 
 
+def _table(
+    columns: list[tuple[str, str, npt.NDArray[Any], list[str] | None]],
+) -> tuple[npt.NDArray[np.void], dict[str, str]]:
+    """A structured array and the unit of each column."""
+    values = [(name, v if words is None else np.asarray(words)[v]) for name, _, v, words in columns]
+    table = np.empty(len(values[0][1]) if values else 0, dtype=[(name, v.dtype) for name, v in values])
+    for name, v in values:
+        table[name] = v
+    table.flags.writeable = False
+    return table, {name: unit for name, unit, _, _ in columns}
+
+
 class FrozenRun(Run):
-    """A run that was pickled: its numbers without the models behind it. `save` needs those."""
+    """A run that was read or unpickled: its numbers without the models that `save` needs."""
 
     def __init__(
         self,
@@ -187,7 +219,7 @@ class FrozenRun(Run):
         return self._csv
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        raise refuse("run", "a run that was pickled", "a run of this process: simulate its config again")
+        raise refuse("run", "a run that was read or unpickled", "a run of this process: simulate its config again")
 
     @property
     def loop_seconds(self) -> float:

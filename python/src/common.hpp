@@ -68,7 +68,7 @@ struct Models {
 /// that of the simulated eye is left out. Called without the GIL. Throws Error.
 std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache, bool eye);
 
-/// What the controller is told, see told_to_controller(); remembered. Called without the GIL.
+/// told_to_controller(), remembered: its search takes up to minutes. Called without the GIL.
 Config told(const Config& config, const ReducedModel& model);
 
 /// Runs `work(stop)` on a thread of its own without the GIL; meanwhile looks for signals (Ctrl-C

@@ -29,6 +29,11 @@ Outputs outputs_of(const std::string& key, nb::handle value) {
   return {.volume = pair[0], .peak = pair[1]};
 }
 
+EstimatorSettings beside(EstimatorSettings settings) {
+  if (settings.kind == EstimatorKind::kPosterior) settings.kind = EstimatorKind::kEkf;
+  return settings;
+}
+
 nb::object attribute(nb::handle object, const char* name) {
   return nb::getattr(object, name, nb::none());
 }
@@ -58,7 +63,7 @@ PythonEstimator::PythonEstimator(nb::handle object, const ReducedModel& model,
                      "absorption_factor")),
       failure_(&failure),
       model_(model),
-      filter_(model, settings),
+      filter_(model, beside(settings)),
       state_(StateVector::Zero(model.order())),
       covariance_(filter_.covariance()),
       absorption_factor_(filter_.absorption_factor()),

@@ -55,7 +55,8 @@ class PythonPlant {
 
 /// `update(volume_temperature_K, applied_power_W)`, then `state`, `absorption_factor` and, if they
 /// are there, `covariance` and `absorption_sigma`. What it does not say, the configured filter
-/// says, which sees the same samples.
+/// says, which sees the same samples; the Kalman filter in place of the posterior, whose state is
+/// not the model's.
 class PythonEstimator {
  public:
   PythonEstimator(nb::handle object, const ReducedModel& model, const EstimatorSettings& settings,

@@ -44,27 +44,39 @@ nb::list words_of(const CycleField& field) {
   return words;
 }
 
-// (name, unit, values, words): float64; int64; codes with their words.
-nb::list columns(const OwnedRun& run) {
+// (name, unit, values, words) of the fields that are wanted: float64; int64; codes with their words.
+template <typename Wanted, typename RecordAt>
+nb::list columns_of(Wanted wanted, std::size_t cycles, RecordAt record_at) {
   nb::list list;
   for (const CycleField& field : cycle_fields()) {
-    if (!is_column(field, run)) continue;
+    if (!wanted(field)) continue;
     const nb::str name(field.name.data(), field.name.size());
     const nb::str unit(field.unit.data(), field.unit.size());
-    std::vector<std::uint64_t> bits;
-    bits.reserve(run.treatment.records.size());
-    for (const CycleRecord& record : run.treatment.records) {
-      bits.push_back(field.get(LogRecord(record, CycleEnd{})));
-    }
+    std::vector<std::uint64_t> bits(cycles);
+    for (std::size_t i = 0; i < cycles; ++i) bits[i] = field.get(record_at(i));
     const bool real = field.type == FieldType::kReal;
     const nb::object values =
-        real ? array_of(reinterpret_cast<const double*>(bits.data()), {bits.size()})
-             : array_of(reinterpret_cast<const std::int64_t*>(bits.data()), {bits.size()});
+        real ? array_of(reinterpret_cast<const double*>(bits.data()), {cycles})
+             : array_of(reinterpret_cast<const std::int64_t*>(bits.data()), {cycles});
     list.append(nb::make_tuple(
         name, unit, values,
         field.type == FieldType::kWord ? nb::object(words_of(field)) : nb::object(nb::none())));
   }
   return list;
+}
+
+nb::list columns(const OwnedRun& run) {
+  const std::vector<CycleRecord>& records = run.treatment.records;
+  return columns_of([&](const CycleField& field) { return is_column(field, run); }, records.size(),
+                    [&](std::size_t i) { return LogRecord(records[i], CycleEnd{}); });
+}
+
+// The columns of a run.csv, of this program or an earlier one.
+nb::list read_columns(const std::string& file) {
+  const RunCsv run = read_run_csv(file);
+  return columns_of([&](const CycleField& field) { return run.has(field.name); },
+                    run.cycles.size(),
+                    [&](std::size_t i) -> const LogRecord& { return run.cycles[i]; });
 }
 
 void save(OwnedRun& run, const std::string& folder) {
@@ -119,6 +131,12 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
   } else if (nb::isinstance<OwnedEstimator>(estimator)) {
     with_filter(nb::cast<OwnedEstimator&>(estimator).filter);
   } else if (!estimator.is_none()) {
+    if (controlled.control.robust == Robustness::kChance && controller.is_none()) {
+      throw Error(ErrorParts{.key = "control.robust",
+                             .problem = "an estimator of one's own says nothing of quantiles",
+                             .found = "\"chance\"",
+                             .accepted = "\"none\", \"certified\", or photocoag.Estimator"});
+    }
     with_filter(PythonEstimator(estimator, model, controlled.estimator, failure));
   } else {
     with_filter(AnyEstimator(model, controlled.estimator));
@@ -200,6 +218,7 @@ void bind_run(nb::module_& module) {
       .def("save", &save);
   module.def("simulate", &simulate, nb::arg("config"), nb::arg("controller").none(),
              nb::arg("estimator").none(), nb::arg("plant").none(), nb::arg("use_cache"));
+  module.def("read_columns", &read_columns, nb::arg("file"));
   module.def("treat", &treat, nb::arg("config"), nb::arg("use_cache"));
 }
 

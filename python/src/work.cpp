@@ -11,6 +11,8 @@
 #include <utility>
 
 #include "common.hpp"
+#include "photocoag/core/sha256.hpp"
+#include "photocoag/rom/file.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 
 namespace photocoag::python {
@@ -86,7 +88,7 @@ std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache,
 
 Config told(const Config& config, const ReducedModel& model) {
   if (!wants_margin(config)) return config;
-  static Recent<TissueMargin> recent;
+  static Recent<ControlSettings> recent;
   Config key = config;
   key.run.seed = 0;
   key.plant.model = PlantModel::kFull;
@@ -94,9 +96,10 @@ Config told(const Config& config, const ReducedModel& model) {
   key.plant.tissue_differs = false;
   key.plant.absorption_factor = 1.0;
   key.plant.choroid_factor = 1.0;
-  const std::string text = fmt::format("{} {}", config_sha256(key), file_stamp(config.model.file));
-  const TissueMargin margin = recent.get(text, [&] { return tissue_margin(config, model); });
-  return backed_off(config, margin);
+  const std::string text = fmt::format("{} {}", config_sha256(key), sha256_hex(to_json(model)));
+  Config result = config;
+  result.control = recent.get(text, [&] { return told_to_controller(config, model).control; });
+  return result;
 }
 
 void interruptible(const std::function<void(std::atomic<bool>& stop)>& work,

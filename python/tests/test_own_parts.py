@@ -1,9 +1,13 @@
 """One's own controller, estimator and plant in the closed loop."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import photocoag as pc
+
+from conftest import ROOT
 
 
 class Proportional:
@@ -46,6 +50,22 @@ def test_ours_behind_python_give_the_same_bits(config, model, run):
     controlled = pc.simulate(config, controller=Forwarding(pc.Controller(model, config)))
     for name in ("power_W", "peak_true_K", "volume_measured_K", "absorption_estimate"):
         assert (controlled.cycles[name] == run.cycles[name]).all(), name
+
+
+def test_quantiles_are_those_of_our_estimator():
+    config = pc.Config.load(ROOT / "configs/uncertain-eye.toml")
+    model = pc.reduce(config)
+    assert pickle.loads(pickle.dumps(model)) == model
+    csv = pc.simulate(config).to_csv()
+    for parts in ({"controller": pc.Controller(model, config)}, {"estimator": pc.Estimator(model, config)}):
+        assert pc.simulate(config, **parts).to_csv() == csv
+    assert len(pc.simulate(config, controller=Proportional())) == 250
+    kalman = pc.Estimator(pc.reduce(pc.Config()), pc.Config())  # its state is the model's
+    with pytest.raises(pc.ConfigError) as caught:
+        pc.simulate(config, estimator=Forwarding(kalman))
+    assert caught.value.key == "control.robust"
+    certain = config.update({"control.robust": "none", "estimator.kind": "posterior"})
+    assert len(pc.simulate(certain, estimator=Forwarding(kalman))) == 250
 
 
 def test_a_controller_gets_the_samples_and_its_power_acts(config):

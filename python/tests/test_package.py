@@ -51,12 +51,13 @@ def test_what_is_public_is_documented():
             assert ">>>" in thing.__doc__ or name in ("treat", "campaign", "reproduce", "reduce"), name
 
 
-def test_the_documents_python_runs():
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.S)
-    assert len(blocks) == 3
+@pytest.mark.parametrize(("document", "blocks"), [("README.md", 1), ("docs/python.md", 3)])
+def test_the_documents_python_runs(document, blocks):
+    found = re.findall(r"```python\n(.*?)```", (ROOT / document).read_text(), re.S)
+    assert len(found) == blocks
     names = {}
-    for block in blocks:
-        exec(compile(block, "docs/python.md", "exec"), names)
+    for block in found:
+        exec(compile(block, document, "exec"), names)
 
 
 def test_one_version_everywhere():

@@ -9,6 +9,8 @@ import pytest
 
 import photocoag as pc
 
+from conftest import ROOT
+
 CASES = {
     "paper": [],
     "reduced eye": ["plant.model=reduced", "run.seed=7"],
@@ -39,6 +41,14 @@ def test_bytes_are_the_programs(name, program, tmp_path):
     ours = dict(run.summary)
     assert theirs.pop("loop_wall_s") > 0 and ours.pop("loop_wall_s") > 0
     assert ours == theirs and ours["source_hash"] == pc.__source_hash__
+
+
+@pytest.mark.parametrize("name", ["uncertain-eye", "two-unknowns"])
+def test_bytes_of_a_file_are_the_programs(name, program, tmp_path):
+    file = ROOT / f"configs/{name}.toml"
+    program("simulate", "--config", str(file), "--out", str(tmp_path / "run"))
+    config = pc.Config.from_dict(pc.Config.load(file).to_dict())
+    assert pc.simulate(config).to_csv() == (tmp_path / "run/run.csv").read_text()
 
 
 def test_cycles_are_the_columns_of_the_csv(run):
@@ -76,6 +86,21 @@ def test_a_saved_run_is_a_run_folder(run, tmp_path):
         run.save(tmp_path / "run")
 
 
+def test_a_run_folder_is_read(run, tmp_path):
+    run.save(tmp_path / "run")
+    again = pc.Run.load(tmp_path / "run")
+    assert again.to_csv() == run.to_csv() and again.units == run.units and again.config == run.config
+    assert {**again.summary, "loop_wall_s": 0} == {**run.summary, "loop_wall_s": 0}
+    assert (again.cycles == run.cycles).all() and len(again.plot().axes) == 4
+    for file in ("run.csv", "summary.json", "config.toml"):
+        (tmp_path / "run" / file).write_text("[broken")
+        with pytest.raises(pc.ConfigError, match=file):
+            pc.Run.load(tmp_path / "run")
+    for bad in (None, 3, tmp_path / "none", "a\0b"):
+        with pytest.raises(pc.ConfigError):
+            pc.Run.load(bad)
+
+
 def test_a_simulation_leaves_no_file(config, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pc.simulate(config, cache=False)
@@ -86,7 +111,7 @@ def test_runs_pickle(run):
     again = pickle.loads(pickle.dumps(run))
     assert again.to_csv() == run.to_csv() and again.summary == run.summary
     assert (again.cycles["power_W"] == run.cycles["power_W"]).all()
-    with pytest.raises(pc.ConfigError, match="pickled"):
+    with pytest.raises(pc.ConfigError, match="unpickled"):
         again.save("anywhere")
 
 
