@@ -44,7 +44,8 @@ nb::list words_of(const CycleField& field) {
   return words;
 }
 
-// (name, unit, values, words) of the fields that are wanted: float64; int64; codes with their words.
+// (name, unit, values, words) of the fields that are wanted: float64; int64; codes with their
+// words.
 template <typename Wanted, typename RecordAt>
 nb::list columns_of(Wanted wanted, std::size_t cycles, RecordAt record_at) {
   nb::list list;
@@ -74,8 +75,8 @@ nb::list columns(const OwnedRun& run) {
 // The columns of a run.csv, of this program or an earlier one.
 nb::list read_columns(const std::string& file) {
   const RunCsv run = read_run_csv(file);
-  return columns_of([&](const CycleField& field) { return run.has(field.name); },
-                    run.cycles.size(),
+  for (const char* column : {"cycle", "time_s", "power_W"}) run.require(column);
+  return columns_of([&](const CycleField& field) { return run.has(field.name); }, run.cycles.size(),
                     [&](std::size_t i) -> const LogRecord& { return run.cycles[i]; });
 }
 
