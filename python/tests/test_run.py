@@ -93,9 +93,11 @@ def test_a_run_folder_is_read(run, tmp_path):
     assert {**again.summary, "loop_wall_s": 0} == {**run.summary, "loop_wall_s": 0}
     assert (again.cycles == run.cycles).all() and len(again.plot().axes) == 4
     for file in ("run.csv", "summary.json", "config.toml"):
+        whole = (tmp_path / "run" / file).read_text()
         (tmp_path / "run" / file).write_text("[broken")
         with pytest.raises(pc.ConfigError, match=file):
             pc.Run.load(tmp_path / "run")
+        (tmp_path / "run" / file).write_text(whole)
     for bad in (None, 3, tmp_path / "none", "a\0b"):
         with pytest.raises(pc.ConfigError):
             pc.Run.load(bad)
