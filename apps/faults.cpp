@@ -73,6 +73,7 @@ int faults_command(const FaultsOptions& options) {
     for (const auto& [period, peak] : row.peak_at) {
       print("     {:g} ms: {:.2f} K, not judged\n", period * 1e3, peak);
     }
+    print("     stopped by the supervisor: {} of {}\n", row.stopped, row.runs);
   }
   print(
       "slowest: cycles after the first bad datum in which there still was light (L1: records lost "

@@ -16,6 +16,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/page/page.hpp"
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/study/explain.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "photocoag/study/sweep.hpp"
 #include "progress.hpp"
@@ -80,6 +81,32 @@ int reproduce_command(const ReproduceCommandOptions& options) {
   return as_expected ? 0 : 1;
 }
 
+int explain_command(const ExplainOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  const fs::path file =
+      options.file.empty() ? shipped_studies() / "experiments/250hz.toml" : fs::path(options.file);
+  const Explanation study = load_explanation(file);
+  const ClaimedFolder folder = output_folder(options.out, "explanation");
+  const ExplainOutcome outcome =
+      explain(study, options.quick, !options.no_cache, [](std::string_view label, double fraction) {
+        draw_progress("explaining", fraction, label);
+      });
+  clear_progress();
+  const ConfirmedSet& best = outcome.confirmed.front();
+  print("best set: {}\nholds, of {} repetitions: as seen, in truth\n", best.label,
+        best.repetitions().count());
+  for (std::size_t i = 0; i < outcome.study.statements.size(); ++i) {
+    print("  {:>4.0f} % {:>4.0f} %  {}\n", 100.0 * best.repetitions().share(i),
+          100.0 * best.repetitions().true_share(i), outcome.study.statements[i].text);
+  }
+  write_explanation(folder.path(), outcome);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  say("sets      {} combinations; {:.1f} s\n", outcome.together.size(), wall.count());
+  say("report    {}\n", (folder.path() / "index.html").string());
+  return 0;
+}
+
 int sweep_command(const SweepOptions& options) {
   say("photocoag {}: {}\n", version(), kResearchNotice);
   std::vector<Varied> varied;
@@ -122,6 +149,23 @@ int compare_runs_command(const CompareRunsOptions& options) {
 }
 
 namespace {
+
+void add_explain(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ExplainOptions>();
+  CLI::App* command = app.add_subcommand(
+      "explain", "which bench, eye and tuning make the paper's experiments come out as it says");
+  command->add_option("FILE", options->file, "the search; default: the shipped one")
+      ->type_name("FILE");
+  command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command->add_flag("--quick", options->quick, "few repetitions, no sensitivity");
+  command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+  command->footer(
+      fmt::format("Examples:\n  photocoag explain --out runs/explanation\n"
+                  "  photocoag explain studies/experiments/250hz.toml --quick\n{}",
+                  kResearchNotice));
+  command->callback([&exit_code, options] { exit_code = explain_command(*options); });
+}
 
 void add_sweep(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SweepOptions>();
@@ -193,6 +237,7 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       kResearchNotice));
   reproduce_app->callback(
       [&exit_code, reproduce_options] { exit_code = reproduce_command(*reproduce_options); });
+  add_explain(app, exit_code);
   add_sweep(app, exit_code);
   add_compare(app, exit_code);
   add_campaign(app, exit_code);

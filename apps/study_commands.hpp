@@ -23,6 +23,13 @@ struct ReproduceCommandOptions {
   bool no_cache = false;
 };
 
+struct ExplainOptions {
+  std::string file;  ///< empty: the shipped one
+  std::string out;   ///< folder, new or empty; empty: a new one below runs/
+  bool quick = false;
+  bool no_cache = false;
+};
+
 struct SweepOptions : CommonOptions {
   std::vector<std::string> vary;  ///< "key=v1,v2,…"
   int seeds = 1;

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/program.hpp"
 
@@ -28,7 +31,7 @@ std::string campaign_text(int spots) {
 
 TEST(StudyCommands, HelpTeaches) {
   const Sandbox sandbox;
-  for (const std::string command : {"reproduce", "sweep", "compare", "campaign"}) {
+  for (const std::string command : {"reproduce", "explain", "sweep", "compare", "campaign"}) {
     const ProgramResult help = sandbox.run(command + " --help");
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << command;
@@ -68,6 +71,60 @@ TEST(StudyCommands, ReproduceWritesPageFiguresAndVerdicts) {
   }
   write_all(sandbox.path("studies/plan.toml"), "studies = [\"nothing\"]\n");
   EXPECT_EQ(sandbox.run("reproduce --studies studies --out other").exit_code, 2);
+}
+
+// A small search: two things that may be, two statements.
+TEST(StudyCommands, ExplainSearchesConfirmsAndWritesAPage) {
+  const Sandbox sandbox;
+  write_all(sandbox.path("search.toml"), R"(title = "Small"
+set = ["plant.model=reduced", "control.period_ms=4", "run.duration_ms=80", "grid.min_cells=2000"]
+seeds = 2
+confirm_seeds = 3
+best_sets = 1
+lag_run = "r1"
+hot_run = "r1"
+scan_factor = "alpha"
+lags = [0.0, 0.5]
+run = [{id = "r1", set = ["control.power_weight=5e4"]}]
+statement = [
+  {text = "absorbs much", holds_if = "median(power_max_mW, r1) < 60"},
+  {text = "keeps the limit", holds_if = "max(estimate_over_limit_K, r1) <= 0", in_truth = "max(over_limit_K, r1) <= 0"},
+]
+candidate = [{label = "late", set = ["plant.sample_lag_periods=0.5"]}]
+remedy = [{label = "told", set = ["control.power_weight=5e4"], told = "found"}]
+[[factor]]
+id = "alpha"
+title = "alpha"
+level = [{label = "0.5", set = ["plant.absorption_factor=0.5"]}, {label = "1.1", set = ["plant.absorption_factor=1.1"]}]
+[[factor]]
+id = "noise"
+title = "noise"
+change = "alone"
+level = [{label = "0.288 K"}, {label = "0.1 K", set = ["plant.noise_K=0.1"]}]
+[[scan]]
+title = "lag"
+key = "plant.sample_lag_periods"
+values = [0.0, 0.5]
+)");
+  const ProgramResult run = sandbox.run("explain search.toml --out found");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("100 %  100 %  keeps the limit"), std::string::npos) << run.out;
+  const Json json = Json::parse(read_all(sandbox.path("found/explanation.json")));
+  EXPECT_EQ(json["sets_searched"], 2);
+  ASSERT_EQ(json["confirmed"].size(), 2U);
+  EXPECT_EQ(json["confirmed"][1]["set"], "late");
+  EXPECT_EQ(json["confirmed"][1]["true_lag_periods"], 0.5);
+  EXPECT_EQ(json["confirmed"][0]["found_lags_periods"].size(), 3U);
+  EXPECT_EQ(json["remedies"].size(), 1U);
+  for (const std::string file : {"index.html", "sets.csv", "sensitivity-1.svg"}) {
+    EXPECT_TRUE(fs::exists(sandbox.path("found/" + file))) << file;
+  }
+  EXPECT_EQ(read_all(sandbox.path("found/index.html")).find("src="), std::string::npos);
+  // Not empty any more; not there.
+  EXPECT_EQ(sandbox.run("explain search.toml --out found").exit_code, 2);
+  const ProgramResult none = sandbox.run("explain nothing.toml --out other");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_FALSE(fs::exists(sandbox.path("other")));
 }
 
 // A claim that expects another verdict than the data give: exit code 1, and the page says so.
@@ -128,6 +185,56 @@ TEST(StudyCommands, ACampaignContinuesAndReplays) {
   EXPECT_EQ(sandbox.run("campaign spots.toml --replay 8 --out none").exit_code, 2);
   write_all(sandbox.path("spots.toml"), campaign_text(9));
   EXPECT_EQ(sandbox.run("campaign spots.toml --out result").exit_code, 2);
+}
+
+// A bench's keys in every command: drawn by a campaign, they are in the replay's configuration, and
+// simulate and treat do with it what the campaign did.
+TEST(StudyCommands, ACampaignDrawsABenchAndSimulateAndTreatHaveTheSame) {
+  const Sandbox sandbox;
+  const std::vector<std::pair<std::string, std::string>> inputs = {
+      {"sample_averaging_periods", "low = 0.2\nhigh = 0.3"},
+      {"sample_lag_periods", "low = 0.3\nhigh = 0.4"},
+      {"power_lag_periods", "low = 0.1\nhigh = 0.2"},
+      {"power_gain", "low = 0.8\nhigh = 0.9"},
+      {"sample_gain", "low = 0.8\nhigh = 0.9"},
+      {"absorption_drift_per_s", "low = 0.5\nhigh = 0.6"}};
+  std::string text =
+      "spots = 2\nset = [\"run.duration_ms=40\", \"control.period_ms=4\", "
+      "\"grid.min_cells=4000\", \"plant.power_readback=none\", \"safety.supervisor=off\"]\n";
+  for (const auto& [key, range] : inputs) {
+    text += "[[input]]\nkey = \"plant." + key + "\"\ndistribution = \"uniform\"\n" + range + "\n";
+  }
+  write_all(sandbox.path("bench.toml"), text);
+  ASSERT_EQ(sandbox.run("campaign bench.toml --out bench").exit_code, 0);
+  ASSERT_LE(sandbox.run("campaign bench.toml --replay 1 --out spot").exit_code, 1);
+  const std::string config = read_all(sandbox.path("spot/config.toml"));
+  const std::string plant = config.substr(config.find("[plant]"));
+  for (const auto& [key, range] : inputs) {
+    const double drawn = std::stod(plant.substr(plant.find('=', plant.find("\n" + key)) + 1));
+    EXPECT_GE(drawn, std::stod(range.substr(range.find('=') + 1))) << key;
+    EXPECT_LE(drawn, std::stod(range.substr(range.rfind('=') + 1))) << key;
+  }
+  ASSERT_LE(sandbox.run("simulate --config spot/config.toml --out simulated").exit_code, 1);
+  const auto peak = [&sandbox](const std::string& folder) {
+    return Json::parse(read_all(sandbox.path(folder + "/summary.json")))["peak_true_max_K"]
+        .get<double>();
+  };
+  // 0.1 K: a campaign's grid is not fitted to the spot.
+  EXPECT_NEAR(peak("simulated"), peak("spot"), 0.1);
+  ASSERT_EQ(sandbox
+                .run("simulate --out ideal --set run.duration_ms=40 --set control.period_ms=4 "
+                     "--set grid.min_cells=4000 --set safety.supervisor=off")
+                .exit_code,
+            0);
+  EXPECT_GT(std::abs(peak("ideal") - peak("spot")), 0.5);  // the bench is in it
+  ASSERT_LE(sandbox.run("treat --config spot/config.toml --out treated").exit_code, 1);
+  EXPECT_EQ(read_all(sandbox.path("treated/config.toml")), config);
+  text.replace(text.find("high = 0.4"), 10, "high = 1.4");
+  write_all(sandbox.path("bad.toml"), text);
+  const ProgramResult bad = sandbox.run("campaign bad.toml --out bad");
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_NE(bad.err.find("plant.sample_lag_periods: found 1.4; accepted:"), std::string::npos)
+      << bad.err;
 }
 
 TEST(StudyCommands, TwoRanksGiveTheBytesOfOne) {

@@ -187,6 +187,7 @@ class FaultyDevice {
         return convert(sample);
       case Fault::kJump:
       case Fault::kDrift:
+      case Fault::kLag:
         return see();
       case Fault::kGain:
         as_value(value * injection_.value);

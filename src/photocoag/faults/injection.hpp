@@ -44,6 +44,7 @@ enum class Fault : std::uint8_t {
   kGains,         ///< laser, readback and samples are each off by a factor, at once or in a ramp
   kJump,          ///< alpha becomes value
   kDrift,         ///< alpha grows by value, relative, per ms
+  kLag,           ///< samples are late or means, or powers act late, from the treatment's start on
   kHook,          ///< the trial does something itself, e.g. flips a bit
 };
 
@@ -53,10 +54,14 @@ struct Injection {
   std::uint64_t count = 1;  ///< cycles
   double value = 0.0;
   std::uint64_t every = 1;
-  double laser = 1.0;     ///< kGains: emitted per commanded power
-  double readback = 1.0;  ///< kGains: said per commanded power
-  double samples = 1.0;   ///< kGains: said per true temperature
-  double ramp_ms = 0.0;   ///< kGains: from the treatment's start until the factors are in full
+  double laser = 1.0;       ///< kGains: emitted per commanded power
+  double readback = 1.0;    ///< kGains: said per commanded power
+  double samples = 1.0;     ///< kGains: said per true temperature
+  double ramp_ms = 0.0;     ///< kGains: from the treatment's start until the factors are in full
+  double averaging = 0.0;   ///< kLag: of a period, the sample's mean
+  double sample_lag = 0.0;  ///< kLag: of a period
+  double power_lag = 0.0;   ///< kLag: of a period
+  bool emitted_is_read = true;  ///< kLag: the readback is the mean emitted power, else the command
 
   bool active(std::uint64_t cycle) const noexcept {
     return fault != Fault::kNone && cycle >= start && cycle < start + count &&

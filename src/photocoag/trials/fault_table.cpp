@@ -242,6 +242,23 @@ void add_open_hazards(std::vector<FaultCase>& table) {
   for (const double bias : {-6.0, -12.0}) {
     open("O12", fmt::format("bias {:g} K", bias), {.fault = Fault::kBias, .value = bias});
   }
+  for (const double lag : {0.5, 0.7}) {
+    open("O13", fmt::format("samples {:g} of a period late", lag),
+         {.fault = Fault::kLag, .sample_lag = lag});
+  }
+  open("O14", "samples are means over their period", {.fault = Fault::kLag, .averaging = 1.0});
+  for (const double lag : {0.5, 0.7}) {
+    open("O15", fmt::format("powers act {:g} of a period late, command read back", lag),
+         {.fault = Fault::kLag, .power_lag = lag, .emitted_is_read = false});
+  }
+  for (const double lag : {0.5, 0.7}) {
+    open("O16", fmt::format("powers act {:g} of a period late, mean read back", lag),
+         {.fault = Fault::kLag, .power_lag = lag});
+  }
+  for (const double drift : {2e-4, -2e-4}) {
+    open("O17", fmt::format("alpha drifts by {:+g} % per s", drift * 1e5),
+         {.fault = Fault::kDrift, .value = drift});
+  }
 }
 
 }  // namespace

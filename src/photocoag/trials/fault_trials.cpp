@@ -6,10 +6,12 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
+#include <variant>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/faults/faulty_controller.hpp"
 #include "photocoag/faults/faulty_device.hpp"
+#include "photocoag/fom/intersample_plant.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
@@ -83,17 +85,51 @@ class ChangingEye {
   std::uint64_t cycle_ = 0;
 };
 
-ChangingEye eye_for(const Bench& bench, const Injection& injection) {
+/// The eye of a trial: one that changes, or one that is not seen or heated when it should be.
+class TrialEye {
+ public:
+  explicit TrialEye(ChangingEye eye) : eye_(std::move(eye)) {}
+  explicit TrialEye(IntersamplePlant eye) : eye_(std::move(eye)) {}
+  void step(double power) noexcept {
+    if (auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->step(power);
+    std::get_if<IntersamplePlant>(&eye_)->step(power);
+  }
+  Outputs outputs() const noexcept {
+    if (const auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->outputs();
+    return std::get_if<IntersamplePlant>(&eye_)->outputs();
+  }
+  double sample() const noexcept {
+    if (const auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->outputs().volume;
+    return std::get_if<IntersamplePlant>(&eye_)->sample();
+  }
+
+ private:
+  std::variant<ChangingEye, IntersamplePlant> eye_;
+};
+
+TrialEye eye_for(const Bench& bench, const Injection& injection) {
   constexpr double kDriftEnd = 0.5;  // of alpha, beyond what a trial reaches
-  const bool jump = injection.fault == Fault::kJump;
-  if (!jump && injection.fault != Fault::kDrift) return {bench.eye, {}, 0, 0.0};
   const Config& config = bench.config;
+  if (injection.fault == Fault::kLag) {
+    return TrialEye(IntersamplePlant(bench.models->plant_full(), config.control.period,
+                                     config.plant.absorption(),
+                                     {.averaging = injection.averaging,
+                                      .sample_lag = injection.sample_lag,
+                                      .power_lag = injection.power_lag},
+                                     0.0));
+  }
+  const bool jump = injection.fault == Fault::kJump;
+  if (!jump && injection.fault != Fault::kDrift) {
+    return TrialEye(ChangingEye(bench.eye, {}, 0, 0.0));
+  }
+  const double drift_end = injection.value < 0.0 ? -kDriftEnd : kDriftEnd;
   AbsorptionFactors later = config.plant.absorption();
-  later.alpha = jump ? injection.value : later.alpha * (1.0 + kDriftEnd);
-  return {bench.eye,
-          FullOrderPlant(bench.models->plant_full(), config.plant.discretization,
-                         config.control.period, later),
-          injection.start, jump ? 1.0 : injection.value * config.control.period * 1e3 / kDriftEnd};
+  later.alpha = jump ? injection.value : later.alpha * (1.0 + drift_end);
+  return TrialEye(ChangingEye(
+      bench.eye,
+      FullOrderPlant(bench.models->plant_full(), config.plant.discretization, config.control.period,
+                     later),
+      injection.start, jump ? 1.0 : injection.value * config.control.period * 1e3 / drift_end));
 }
 
 /// A treatment goes on so long after its fault; an open hazard for 80 ms at least.
@@ -142,8 +178,11 @@ Recorded run_one(const Bench& bench, const FaultCase& test, S supervisor) {
   const std::size_t cycles =
       static_cast<std::size_t>(test.injection.start) + cycles_after(test, bench.config);
   result.records.resize(cycles);
-  SimulatedEye<ChangingEye> eye(eye_for(bench, test.injection), bench.config.plant.noise,
-                                bench.config.run.seed, {.delay = bench.config.control.delay});
+  SimulatedEye<TrialEye> eye(eye_for(bench, test.injection), bench.config.plant.noise,
+                             bench.config.run.seed,
+                             {.delay = bench.config.control.delay,
+                              .power_lag = test.injection.power_lag,
+                              .readback = test.injection.emitted_is_read});
   LatePace pace(test.injection, result.diary);
   PacedEye device(eye, pace, bench.config.control.period);
   HookedDevice faulty(device, test.injection, result.diary, cycles, supervisor);
@@ -248,6 +287,7 @@ void add_to(FaultRow& row, const FaultCase& test, const TrialResult& result, con
   ++row.runs;
   row.passed += result.passed ? 1 : 0;
   row.detected += result.detected ? 1 : 0;
+  row.stopped += result.stopped ? 1 : 0;
   row.false_stops += result.false_stop ? 1 : 0;
   row.peak = std::max(row.peak, result.peak);
   double& peak = row.peak_at[config.control.period];
@@ -297,7 +337,8 @@ void run_cases(const Bench& bench, const std::vector<FaultCase>& table, const Fa
     std::vector<std::uint64_t> moments = {0, 1, 2, 3, 4, 5, bench.at_limit, kSteady};
     if (listed.demand == Demand::kDone) moments = {kSteady};
     if (open) moments.push_back(10);
-    if (listed.injection.fault == Fault::kGains) moments = {0};
+    const Fault fault = listed.injection.fault;
+    if (fault == Fault::kGains || fault == Fault::kLag) moments = {0};
     for (const std::uint64_t moment : moments) {
       FaultCase test = listed;
       test.injection.start = moment;

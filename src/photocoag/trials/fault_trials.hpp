@@ -29,6 +29,7 @@ struct FaultRow {
   int runs = 0;
   int passed = 0;
   int detected = 0;
+  int stopped = 0;
   int slowest = 0;    ///< cycles, of those that had to stop
   double peak = 0.0;  ///< K
   int false_stops = 0;
