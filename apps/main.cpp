@@ -192,6 +192,11 @@ int run_command(int argc, char** argv) {
       ->required()
       ->check(CLI::IsMember({"cycle", "qp", "first-cycle"}));
   bench_app
+      ->add_option("--config", bench_options.config, "cycle: one more row, for this configuration")
+      ->type_name("FILE");
+  bench_app->add_option("--set", bench_options.set, "cycle: one key of that row, repeatable")
+      ->type_name("KEY=VALUE");
+  bench_app
       ->add_option("--json", bench_options.json, "also write the numbers; - is standard output")
       ->type_name("FILE");
   bench_app->add_option("--svg", bench_options.svg, "qp: also draw the medians over N")
@@ -208,6 +213,7 @@ int run_command(int argc, char** argv) {
                       "first-cycle: measure in this process only, print microseconds");
   bench_app->footer(
       footer("  photocoag bench cycle\n"
+             "  photocoag bench cycle --config configs/uncertain-eye.toml\n"
              "  photocoag bench qp --json bench-qp.json --svg bench-qp.svg\n"
              "  photocoag bench first-cycle\n"
              "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"

@@ -13,6 +13,8 @@ namespace {
 constexpr int kMostSteps = 4;
 // A step is worth another one if it moved the estimate by so much of its standard deviation.
 constexpr double kSmallStep = 0.05;
+// Residues are linear to 1e-4 of themselves within this change of ln q.
+constexpr double kLinear = 0.01;
 
 // L of A = L L', in place of the lower triangle; false if A is not positive definite.
 bool factorise(QuantityMatrix& A) noexcept {
@@ -116,6 +118,7 @@ void PosteriorEstimator::reset() noexcept {
 }
 
 void PosteriorEstimator::evaluate() noexcept {
+  evaluated_at_ = estimate_;
   model_->evaluate(estimate_, peak_residue_, peak_slope_, sample_residue_, sample_slope_);
   if (calibration_ < 0) return;
   const double factor = std::exp(estimate_[calibration_]);
@@ -152,12 +155,20 @@ bool PosteriorEstimator::improve() noexcept {
   }
   step /= most;
   double moved = 0.0;
+  double far = 0.0;
   for (Eigen::Index q = 0; q < m; ++q) {
     const double next = std::clamp(estimate_[q] + step[q], low_[q], high_[q]);
-    moved = std::max(moved, std::abs(next - estimate_[q]) / std::sqrt(joint_(q, q)));
+    step[q] = next - estimate_[q];
+    moved = std::max(moved, std::abs(step[q]) / std::sqrt(joint_(q, q)));
+    far = std::max(far, std::abs(next - evaluated_at_[q]));
     estimate_[q] = next;
   }
-  evaluate();
+  if (far > kLinear) {
+    evaluate();
+  } else {
+    peak_residue_ += peak_slope_.lazyProduct(step);
+    sample_residue_ += sample_slope_.lazyProduct(step);
+  }
   return moved > kSmallStep;
 }
 

@@ -94,6 +94,7 @@ class PosteriorEstimator {
   double noise_ = 0.0;
   QuantityVector estimate_;  // of all ln q, considered ones included
   QuantityMatrix joint_;     // its covariance
+  QuantityVector evaluated_at_;
   QuantityVector log_q_;
   QuantityMatrix covariance_;
   StateVector peak_residue_;

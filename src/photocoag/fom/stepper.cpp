@@ -13,6 +13,9 @@ using Eigen::VectorXd;
 
 namespace {
 
+// e^-40 < 2^-54: 1 - e^-x is 1 in a double.
+constexpr double kSettled = 40.0;
+
 // The axial modes of one radial mode over one period, added to the profiles over depth.
 PHOTOCOAG_WIDE_VECTORS void advance(double* __restrict state, const double* __restrict decay,
                                     const double* __restrict gain, Index modes, double power,
@@ -65,7 +68,11 @@ void ModalStepper::prepare() {
     // Rates ascend, so the modes with memory come first.
     bool memory = true;
     for (Index j = 0; j < axial.size(); ++j) {
-      const Gain mode = gain(radial[i] + axial[j]);
+      const double rate = radial[i] + axial[j];
+      // Past that, nothing of a mode is left in a double: its gain is 1 / rate to the last bit.
+      const bool settled =
+          !memory && discretization_ == Discretization::kZeroOrderHold && rate * period_ > kSettled;
+      const Gain mode = settled ? Gain{0.0, 1.0 / rate} : gain(rate);
       // TR-BDF2's decay factor changes its sign on the way to 0: all of its modes count.
       memory =
           memory && (discretization_ == Discretization::kTrBdf2 || mode.decay >= negligible_decay_);

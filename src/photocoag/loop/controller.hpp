@@ -197,16 +197,18 @@ class BasicController {
     return mpc_.solve(state_, input, cycle_ + delay_, previous);
   }
 
-  // How uncertain a peak is depends a little on the powers that lead to it: solved around the last
-  // power, then around the plan found, until it stays.
+  // How uncertain a peak is depends a little on the powers that lead to it: solved around the plan
+  // of before, then around the plan found, until the limit stays.
   MpcResult solve_by_chance(const StateVector& input,
                             double previous) noexcept PHOTOCOAG_NONBLOCKING {
     constexpr int kMostSolves = 4;
-    constexpr double kSame = 1e-3;  // of the largest power
+    constexpr double kSame = 1e-3;  // K
     const PosteriorEstimator& known = *posterior();
     modes_ = known.modes();
     if (delay_ == 1) modes_ = known.after(modes_, pending_power_);
-    powers_.setConstant(previous);
+    const auto last = planned_stages_ - 1;
+    for (int k = 0; k <= last; ++k) powers_[k] = powers_[std::min(k + solve_every_, last)];
+    if (decisions_ == 0 || !powers_.allFinite()) powers_.setConstant(previous);
     MpcResult result;
     for (int i = 0; i < kMostSolves; ++i) {
       const LimitTightening& limit = chance_->tighten({.modes = modes_,
@@ -214,14 +216,9 @@ class BasicController {
                                                        .peak_slope = known.peak_slope(),
                                                        .covariance = known.covariance_of_logs()},
                                                       input, powers_);
+      if (i > 0 && chance_->change() <= kSame) break;
       result = mpc_.solve(state_, input, cycle_ + delay_, previous, &limit);
-      double change = 0.0;
-      for (int k = 0; k < planned_stages_; ++k) {
-        const double power = mpc_.planned(k);
-        change = std::max(change, std::abs(power - powers_[k]));
-        powers_[k] = power;
-      }
-      if (change <= kSame * power_max_) break;
+      for (int k = 0; k <= last; ++k) powers_[k] = mpc_.planned(k);
     }
     return result;
   }

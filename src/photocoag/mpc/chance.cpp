@@ -42,6 +42,7 @@ const LimitTightening& ChanceLimit::tighten(const UncertainState& now, const Sta
   const Eigen::Index m = now.covariance.rows();
   tightening_.input = input;
   x_ = now.modes;
+  change_ = 0.0;
   for (int k = 0; k < stages_; ++k) {
     x_ = decay_.cwiseProduct(x_) + gain_ * powers[k];
     const double peak = now.peak_residue.dot(x_);
@@ -56,7 +57,9 @@ const LimitTightening& ChanceLimit::tighten(const UncertainState& now, const Sta
             ? std::sqrt(std::max(0.0, variance) / (peak * peak) + model_error_ * model_error_)
             : 0.0;
     if (k == 0) relative_sigma_ = relative;
-    tightening_.free[k] = peak_max_ * -std::expm1(-kappa_ * relative);
+    const double kept = peak_max_ * -std::expm1(-kappa_ * relative);
+    change_ = std::max(change_, std::abs(kept - tightening_.free[k]));
+    tightening_.free[k] = kept;
   }
   return tightening_;
 }

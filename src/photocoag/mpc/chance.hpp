@@ -37,6 +37,9 @@ class ChanceLimit {
   /// s_1 of the last call: relative standard deviation of the next peak.
   double relative_sigma() const noexcept { return relative_sigma_; }
 
+  /// The most by which the last call changed the limit of a stage, K.
+  double change() const noexcept { return change_; }
+
  private:
   double kappa_;
   double peak_max_;
@@ -46,6 +49,7 @@ class ChanceLimit {
   StateVector gain_;
   StateVector x_;
   double relative_sigma_ = 0.0;
+  double change_ = 0.0;
   LimitTightening tightening_;
 };
 

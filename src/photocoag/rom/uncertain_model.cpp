@@ -2,16 +2,29 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/wide_vectors.hpp"
 
 namespace photocoag {
 namespace {
 
-// On the stack, whatever the sizes; row by row, as it is filled.
-using BasisTable = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor,
-                                 kMaxPolynomialTerms, even(kMaxQuantities + 1)>;
+// Column 0: a value; column 1 + v: its derivative by x_v.
+constexpr int kColumns = kMaxQuantities + 1;
+
+// The basis psi_t and its derivatives, on the stack, whatever the sizes.
+struct Basis {
+  std::array<std::array<double, kColumns>, kMaxPolynomialTerms> row;
+  std::array<std::uint32_t, kMaxPolynomialTerms> columns;  // bit c: column c is not 0
+};
+
+// sum_t coefficient_it psi_t and its derivatives: residue i, column c at [c][i].
+struct Sums {
+  alignas(32) std::array<std::array<double, even(kMaxOrder)>, kColumns> of;
+};
 
 // T_0 … T_kMaxDegree at x and their derivatives by x.
 struct Chebyshev {
@@ -30,6 +43,20 @@ struct Chebyshev {
   }
   Chebyshev() noexcept : Chebyshev(0.0) {}
 };
+
+// Most terms depend on one or two quantities, so most of their derivatives are 0 and left out.
+PHOTOCOAG_WIDE_VECTORS void add_terms(const double* __restrict coefficients, Eigen::Index order,
+                                      std::size_t terms, const Basis& basis, Sums& sums) noexcept {
+  for (auto& column : sums.of) column.fill(0.0);
+  for (std::size_t t = 0; t < terms; ++t, coefficients += order) {
+    for (std::uint32_t left = basis.columns[t]; left != 0; left &= left - 1) {
+      const auto c = static_cast<std::size_t>(std::countr_zero(left));
+      const double factor = basis.row[t][c];
+      double* __restrict sum = sums.of[c].data();
+      for (Eigen::Index i = 0; i < order; ++i) sum[i] += coefficients[i] * factor;
+    }
+  }
+}
 
 }  // namespace
 
@@ -52,34 +79,39 @@ void UncertainModel::evaluate(const QuantityVector& log_q, StateVector& peak_res
     scale[q] = 2.0 / (high - low);
     table[q] = Chebyshev((2.0 * inside - low - high) / (high - low));
   }
-  // Column 0: the basis; column 1 + v: its derivative by x_v.
-  BasisTable basis;
-  const auto count_of_terms = static_cast<Eigen::Index>(terms.size()) + 1;
-  basis.resize(count_of_terms, m + 1);
-  basis.row(0).setZero();
-  basis(0, 0) = 1.0;
-  for (Eigen::Index t = 1; t < count_of_terms; ++t) {
-    const PolynomialTerm& term = terms[static_cast<std::size_t>(t - 1)];
-    const Chebyshev& of = table[static_cast<std::size_t>(term.quantity)];
+  Basis basis;
+  basis.row[0].fill(0.0);
+  basis.row[0][0] = 1.0;
+  basis.columns[0] = 1;
+  for (std::size_t t = 1; t <= terms.size(); ++t) {
+    const PolynomialTerm& term = terms[t - 1];
+    const auto parent = static_cast<std::size_t>(term.parent);
+    const auto own = static_cast<std::size_t>(term.quantity) + 1;
+    const Chebyshev& of = table[own - 1];
     const auto d = static_cast<std::size_t>(term.degree);
-    basis.row(t) = basis.row(term.parent) * of.value[d];
-    basis(t, term.quantity + 1) += basis(term.parent, 0) * of.slope[d];
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      basis.row[t][c] = basis.row[parent][c] * of.value[d];
+    }
+    basis.row[t][own] += basis.row[parent][0] * of.slope[d];
+    basis.columns[t] = basis.columns[parent] | (1U << own);
   }
-  peak_residue = peak.lazyProduct(basis.col(0));
-  volume_residue = volume.lazyProduct(basis.col(0));
-  peak_slope = peak.lazyProduct(basis.rightCols(m));
-  volume_slope = volume.lazyProduct(basis.rightCols(m));
-  const double peak_factor = std::exp(peak_power);
-  const double volume_factor = std::exp(volume_power);
-  peak_residue *= peak_factor;
-  volume_residue *= volume_factor;
-  for (int v = 0; v < m; ++v) {
-    const auto q = static_cast<std::size_t>(v);
-    peak_slope.col(v) *= peak_factor * scale[q];
-    peak_slope.col(v) += peak_exponents[q] * peak_residue;
-    volume_slope.col(v) *= volume_factor * scale[q];
-    volume_slope.col(v) += volume_exponents[q] * volume_residue;
-  }
+  const auto residues = [&](const Eigen::MatrixXd& coefficients, double power,
+                            const std::vector<double>& exponents, StateVector& residue,
+                            ResidueSlopes& slope) {
+    const Eigen::Index n = coefficients.rows();
+    Sums sums;
+    add_terms(coefficients.data(), n, terms.size() + 1, basis, sums);
+    const double factor = std::exp(power);
+    residue = factor * StateVector::Map(sums.of[0].data(), n);
+    slope.resize(n, m);
+    for (int v = 0; v < m; ++v) {
+      const auto q = static_cast<std::size_t>(v);
+      slope.col(v) =
+          factor * scale[q] * StateVector::Map(sums.of[q + 1].data(), n) + exponents[q] * residue;
+    }
+  };
+  residues(peak, peak_power, peak_exponents, peak_residue, peak_slope);
+  residues(volume, volume_power, volume_exponents, volume_residue, volume_slope);
 }
 
 void UncertainModel::step_of(double period_s, StateVector& decay, StateVector& gain) const {
