@@ -1,0 +1,42 @@
+// Role: after a treatment; whether what it showed fits the prior. Used by run, report.
+// Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and
+// Navigation, section 5.4 (chi-square tests of a filter). Difference: the posterior's mean is held
+// against the prior's, in the directions that the samples tell of. Real time: no.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace photocoag {
+
+/// Probability that a chi-square variable of `degrees` > 0 exceeds `value`.
+double chi_square_tail(double value, double degrees);
+
+/// Two tests of a prior; a probability near 0 speaks against it.
+struct PriorCheck {
+  double distance = 0.0;  ///< (theta - theta_0)' (P_0 - P)^-1 (theta - theta_0)
+  int directions = 0;     ///< of it, that the samples tell of
+  double distance_probability = 1.0;
+  double innovations = 0.0;  ///< sum of innovation^2 / its variance
+  double samples = 0.0;
+  double innovations_probability = 1.0;
+
+  /// Below this either test is a warning: one treatment in 500 with a right prior.
+  static constexpr double kDoubtful = 1e-3;
+  bool doubtful() const noexcept {
+    return distance_probability < kDoubtful || innovations_probability < kDoubtful;
+  }
+};
+
+/// What is believed of the unknowns, all Gaussian.
+struct Belief {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;  ///< positive definite
+};
+
+/// If the prior is right, theta - theta_0 has the covariance P_0 - P. A direction counts if the
+/// samples have taken at least a tenth of its variance. Throws Error if sizes differ or the prior's
+/// covariance is not positive definite.
+PriorCheck check_prior(const Belief& prior, const Belief& posterior, double innovations,
+                       double samples);
+
+}  // namespace photocoag
