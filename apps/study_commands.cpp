@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -12,8 +13,10 @@
 #include "configured.hpp"
 #include "console.hpp"
 #include "options.hpp"
+#include "photocoag/campaign/pareto.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
 #include "photocoag/page/page.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/study/explain.hpp"
@@ -143,7 +146,13 @@ int sweep_command(const SweepOptions& options) {
 int compare_runs_command(const CompareRunsOptions& options) {
   const ClaimedFolder claimed = output_folder(options.out, "comparison");
   const fs::path& folder = claimed.path();
-  compare_runs({options.runs.begin(), options.runs.end()}, folder);
+  const std::vector<fs::path> compared(options.runs.begin(), options.runs.end());
+  if (std::any_of(compared.begin(), compared.end(), is_campaign_folder)) {
+    compare_campaigns(compared, folder);
+    print("{}", read_file((folder / "tables.md").string(), 1'000'000));
+  } else {
+    compare_runs(compared, folder);
+  }
   say("report    {}\n", (folder / "index.html").string());
   return 0;
 }
@@ -196,12 +205,18 @@ void add_sweep(CLI::App& app, int& exit_code) {
 void add_compare(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CompareRunsOptions>();
   CLI::App* command = app.add_subcommand(
-      "compare", "several run folders in one report: one time axis, configuration differences");
-  command->add_option("RUN", options->runs, "run folders of treat or simulate")->required();
+      "compare",
+      "several run folders in one report: one time axis, configuration differences; or several "
+      "campaigns: violation against held temperature");
+  command
+      ->add_option("RUN", options->runs,
+                   "run folders of treat or simulate, or folders of campaigns")
+      ->required();
   command->add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
       ->type_name("DIR");
   command->footer(
-      fmt::format("Examples:\n  photocoag compare runs/first runs/second --out runs/both\n{}",
+      fmt::format("Examples:\n  photocoag compare runs/first runs/second --out runs/both\n"
+                  "  photocoag compare runs/pareto-nominal runs/pareto-chance-1-percent\n{}",
                   kResearchNotice));
   command->callback([&exit_code, options] { exit_code = compare_runs_command(*options); });
 }

@@ -158,14 +158,19 @@ TEST(StudyCommands, SweepAndCompareWriteTheirPages) {
   const std::string common = "simulate --set grid.min_cells=2000 --set run.duration_ms=10 ";
   ASSERT_EQ(sandbox.run(common + "--out a").exit_code, 0);
   ASSERT_EQ(sandbox
-                .run(common + "--set control.horizon=3 --set "
-                              "tissue.layers.RPE.thickness_um=5 --out b")
+                .run(common +
+                     "--set control.horizon=3 --set tissue.layers.RPE.thickness_um=5 --set "
+                     "'prior=[{key=\"plant.noise_K\", distribution=\"uniform\", low=0.1, "
+                     "high=0.5}, {key=\"calibration_factor\", distribution=\"uniform\", low=0.9, "
+                     "high=1.1}]' --out b")
                 .exit_code,
             0);
   ASSERT_EQ(sandbox.run("compare a b --out both").exit_code, 0);
   const std::string page = read_all(sandbox.path("both/index.html"));
   EXPECT_NE(page.find("control.horizon"), std::string::npos);
   EXPECT_NE(page.find("tissue.layers.RPE.thickness_um"), std::string::npos);
+  EXPECT_NE(page.find("prior.plant.noise_K.low"), std::string::npos);
+  EXPECT_NE(page.find("prior.calibration_factor.high"), std::string::npos);
   EXPECT_EQ(page.find("control.peak_max_K</th>"), std::string::npos);  // is the same in both
   EXPECT_EQ(sandbox.run("compare a nothing --out other").exit_code, 2);
 }

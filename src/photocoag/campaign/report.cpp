@@ -84,15 +84,6 @@ std::vector<Figure> histograms(const std::vector<SpotRecord>& spots) {
                     dose[1])};
 }
 
-std::string as_markdown(const Table& table) {
-  const auto line = [](const std::vector<std::string>& cells) {
-    return fmt::format("| {} |\n", fmt::join(cells, " | "));
-  };
-  std::string text = line(table.head) + line(std::vector<std::string>(table.head.size(), "---"));
-  for (const auto& row : table.rows) text += line(row);
-  return text;
-}
-
 Table outcome_table(const std::vector<SpotRecord>& spots) {
   Table table{
       .head = {"outcome", "unit", "mean", "st. dev.", "1 %", "median", "99 %", "99.9 %", "largest"},
@@ -196,6 +187,15 @@ Html first_numbers(const CampaignSummary& summary, const std::vector<SpotRecord>
 }
 
 }  // namespace
+
+std::string as_markdown(const Table& table) {
+  const auto line = [](const std::vector<std::string>& cells) {
+    return fmt::format("| {} |\n", fmt::join(cells, " | "));
+  };
+  std::string text = line(table.head) + line(std::vector<std::string>(table.head.size(), "---"));
+  for (const auto& row : table.rows) text += line(row);
+  return text;
+}
 
 CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots) {
   CampaignSummary summary{.spots = spots.size()};

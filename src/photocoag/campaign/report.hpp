@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "photocoag/campaign/spot.hpp"
+#include "photocoag/page/page.hpp"
 
 namespace photocoag {
 
@@ -28,6 +29,9 @@ CampaignSummary summarize_campaign(const std::vector<SpotRecord>& spots);
 
 /// summary.json: the summary with its seed. Null: no spot has a value.
 std::string campaign_json(const Campaign& campaign, const std::vector<SpotRecord>& spots);
+
+/// A table as Markdown.
+std::string as_markdown(const Table& table);
 
 /// `replay`: the command up to the number of the spot.
 std::string campaign_page(const Campaign& campaign, const std::vector<SpotRecord>& spots,

@@ -26,21 +26,32 @@ struct Loaded {
   std::map<std::string, std::string> keys;  // full key -> text
 };
 
-// Layers by their name, as --set addresses them.
+// The word that names an element of an array of tables: a layer's name, a quantity's key.
+std::string name_of(const Value& element) {
+  for (const char* const word : {"name", "key"}) {
+    const Value* const name = element.find(word);
+    if (name != nullptr) return name->string;
+  }
+  const Value* const between = element.find("between");
+  if (between == nullptr) return "?";
+  std::string names;
+  for (const Entry& entry : between->entries) {
+    names += (names.empty() ? "" : ", ") + entry.value.string;
+  }
+  return names;
+}
+
+// Elements of arrays of tables by their name: layers as --set addresses them.
 void flatten(const Value& value, const std::string& prefix,
              std::map<std::string, std::string>& keys) {
-  const bool layers = value.kind == Value::Kind::kArray && !value.entries.empty() &&
+  const bool tables = value.kind == Value::Kind::kArray && !value.entries.empty() &&
                       value.entries.front().value.kind == Value::Kind::kTable;
-  if (value.kind != Value::Kind::kTable && !layers) {
+  if (value.kind != Value::Kind::kTable && !tables) {
     keys[prefix] = value.text;
     return;
   }
   for (const Entry& entry : value.entries) {
-    std::string key = entry.key;
-    if (layers) {
-      const Value* name = entry.value.find("name");
-      key = name != nullptr ? name->string : "?";
-    }
+    const std::string key = tables ? name_of(entry.value) : entry.key;
     flatten(entry.value, prefix.empty() ? key : prefix + "." + key, keys);
   }
 }
