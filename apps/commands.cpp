@@ -131,6 +131,10 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
         treatment.records.back().estimate.choroid_factor, config.plant.choroid_factor,
         100.0 * *numbers.choroid_error_final);
   }
+  if (treatment.prior_check && treatment.prior_check->doubtful()) {
+    say("PRIOR     what this eye showed does not fit [[prior]]: the stated probability may not "
+        "hold\n");
+  }
   const std::int64_t late = treatment.outcome.safety.late_commands;
   say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n", treatment.outcome.cycles,
       treatment.outcome.overruns, late > 0 ? fmt::format("{} commands late, ", late) : "",

@@ -26,7 +26,7 @@ TEST(PriorCheck, ChiSquareTailsAreTheExactOnes) {
 
 // Three unknowns; two samples of the first two with noise; the third is never seen.
 PriorCheck one_treatment(std::uint64_t seed, const Eigen::Vector3d& true_mean) {
-  Belief prior{Eigen::Vector3d(1.0, 2.0, 3.0), Eigen::Matrix3d::Identity()};
+  GaussianBelief prior{Eigen::Vector3d(1.0, 2.0, 3.0), Eigen::Matrix3d::Identity()};
   prior.covariance(0, 1) = prior.covariance(1, 0) = 0.5;
   prior.covariance(2, 2) = 0.25;
   const auto normal = [seed](int stream) {
@@ -36,7 +36,7 @@ PriorCheck one_treatment(std::uint64_t seed, const Eigen::Vector3d& true_mean) {
   const Eigen::Vector3d truth =
       true_mean +
       Eigen::Vector3d(first, 0.5 * first + std::sqrt(0.75) * normal(2), 0.5 * normal(3));
-  Belief posterior = prior;
+  GaussianBelief posterior = prior;
   double innovations = 0.0;
   for (int k = 0; k < 2; ++k) {
     Eigen::RowVector3d C = Eigen::RowVector3d::Zero();
@@ -80,10 +80,10 @@ TEST(PriorCheck, AWrongPriorIsDoubted) {
 }
 
 TEST(PriorCheck, RefusesAnotherSize) {
-  const Belief two{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity()};
-  const Belief three{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  const GaussianBelief two{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity()};
+  const GaussianBelief three{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
   EXPECT_THROW(check_prior(two, three, 0.0, 0.0), Error);
-  const Belief none{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()};
+  const GaussianBelief none{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()};
   EXPECT_THROW(check_prior(none, two, 0.0, 0.0), Error);
 }
 

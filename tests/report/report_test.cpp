@@ -97,6 +97,27 @@ TEST(Report, NumbersAreTheSummarys) {
   expect_on(page, "./photocoag simulate --config " + run.path.string() + "/config.toml</code>");
 }
 
+TEST(Report, AChanceControllerShowsItsBandAndSaysWhyItHoldsThePeakThere) {
+  RunFolder run;
+  run.height = 28.0;
+  const std::string before = page_of(run);
+  expect_not_on(before, "allowed by what is known");
+  expect_not_on(before, ">95 %<");
+  run.peak_sigma_K = 0.8;
+  run.timing =
+      ", \"chance\": {\"limit_probability\": 0.001, \"kept_deviations\": 3.66}"
+      ", \"prior_check\": {\"doubtful\": true}";
+  const std::string page = page_of(run);
+  const std::string s = "\u00a0";
+  expect_on(page, "allowed by what is known");
+  expect_on(page, "95 %");
+  // 32 K exp(-3.66 * 0.8 / (30 / 30.25 * 28)) = 28.80 K; 0.8 K are 2.9 %.
+  expect_on(page, "99.9" + s + "% probability");
+  expect_on(page, "±2.9" + s + "%");
+  expect_on(page, "which allows 28.8" + s + "K.");
+  expect_on(page, "This eye does not fit the prior.");
+}
+
 TEST(Report, TimingIsGenericAndOptional) {
   RunFolder run;
   expect_not_on(page_of(run), "<h2>Timing</h2>");

@@ -23,6 +23,8 @@ struct RunFolder {
   std::string stopped_for = "null";  ///< JSON
   std::string timing = "";           ///< JSON members after the others, with a comma in front
   std::string config_comment = "# the whole configuration";
+  double peak_sigma_K = 0.0;  ///< 0: the run has no such column
+  double height = 30.25;      ///< K, at which the true peak is held
   int violation_at = -1;  ///< this cycle's true peak is 40 K
 
   RunFolder() {
@@ -46,25 +48,27 @@ struct RunFolder {
 
   double peak(int cycle) const {
     if (cycle == violation_at) return 40.0;
-    return 30.25 * (1.0 - std::exp(-(cycle + 1) * period_s / 2e-3));
+    return height * (1.0 - std::exp(-(cycle + 1) * period_s / 2e-3));
   }
 
   void write() const {
     std::string csv =
         "cycle,time_s,power_W,volume_true_K,volume_measured_K,volume_estimate_K,peak_true_K,"
         "peak_estimate_K,absorption_estimate,absorption_sigma,power_reference_W,solver_status,"
-        "solver_iterations,something_new\n";
+        "solver_iterations,something_new";
+    csv += peak_sigma_K > 0.0 ? ",peak_sigma_K\n" : "\n";
     double highest = 0.0, highest_estimate = 0.0;
     for (int k = 0; k < cycles; ++k) {
       const double y = peak(k);
       highest = std::max(highest, y);
       highest_estimate = std::max(highest_estimate, 30.0 * y / 30.25);
-      fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{},{},{},7\n", k,
+      fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{},{},{},7{}\n", k,
                      (k + 1) * period_s, k < 3 ? 0.1 : 0.025,
                      truth ? fmt::format("{}", 0.8 * y) : "", 0.8 * y + 0.1 * std::sin(7.0 * k),
                      0.79 * y, truth ? fmt::format("{}", y) : "", 30.0 * y / 30.25,
                      1.1 - 0.36 / (k + 1.0), 0.25 / (k + 1.0), 0.0225,
-                     k == 2 ? "iteration_limit" : "solved", 1 + k % 4);
+                     k == 2 ? "iteration_limit" : "solved", 1 + k % 4,
+                     peak_sigma_K > 0.0 ? fmt::format(",{}", peak_sigma_K) : "");
     }
     put("run.csv", csv);
     put("config.toml", config_comment +

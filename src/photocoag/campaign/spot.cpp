@@ -125,7 +125,9 @@ const std::vector<OutcomeColumn>& outcome_columns() {
        "mean of (estimated minus true peak)^2 over the estimate's variance from 5 ms on"},
       {"peak_covered_95", "1",
        "share of the cycles from 5 ms on with the true peak within 1.96 deviations of the "
-       "estimate"}};
+       "estimate"},
+      {"prior_probability", "1",
+       "smaller one of the two tests of the prior; NaN: no posterior estimator"}};
   return columns;
 }
 
@@ -228,7 +230,8 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
                      half.error,
                      half.estimate_rms,
                      peak.nees,
-                     peak.covered};
+                     peak.covered,
+                     treatment_.prior_check ? treatment_.prior_check->probability() : kNone};
   return record;
 }
 

@@ -107,6 +107,7 @@ void PosteriorEstimator::reset() noexcept {
   correlate_.setZero(n);
   squares_ = 0.0;
   samples_ = 0.0;
+  innovations_ = 0.0;
   noise_ = settings_.prior.noise > 0.0 ? settings_.prior.noise : settings_.measurement_noise;
   estimate_ = mean_;
   joint_ = prior_covariance_;
@@ -182,6 +183,7 @@ UpdateStatus PosteriorEstimator::update(double volume_temperature) noexcept {
   correlate_ += volume_temperature * seen_;
   squares_ += volume_temperature * volume_temperature;
   samples_ += 1.0;
+  innovations_ += innovation_ * innovation_ / (innovation_sigma_ * innovation_sigma_);
   for (int step = 0; step < kMostSteps && improve(); ++step) {
   }
   // The residuals' variance, with the prior's as of so many samples more.

@@ -53,6 +53,14 @@ class PosteriorEstimator {
   /// Estimate of ln q and its covariance, considered quantities included.
   const QuantityVector& log_quantities() const noexcept { return log_q_; }
   const QuantityMatrix& covariance_of_logs() const noexcept { return covariance_; }
+  /// The same without regard to `use`: what the samples say of everything that is declared.
+  const QuantityVector& joint_mean() const noexcept { return estimate_; }
+  const QuantityMatrix& joint_covariance() const noexcept { return joint_; }
+  const QuantityVector& prior_mean() const noexcept { return mean_; }
+  const QuantityMatrix& prior_covariance() const noexcept { return prior_covariance_; }
+  /// Of the samples taken in: sum of innovation^2 / its variance, and their number.
+  double innovations() const noexcept { return innovations_; }
+  double samples() const noexcept { return samples_; }
   /// Standard deviation of a sample, K, as the residuals have it by now.
   double noise() const noexcept { return noise_; }
   /// Modes for 1 W of all powers so far.
@@ -91,6 +99,7 @@ class PosteriorEstimator {
   StateVector correlate_;  // sum x y
   double squares_ = 0.0;   // sum y^2
   double samples_ = 0.0;
+  double innovations_ = 0.0;
   double noise_ = 0.0;
   QuantityVector estimate_;  // of all ln q, considered ones included
   QuantityMatrix joint_;     // its covariance

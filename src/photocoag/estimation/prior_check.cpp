@@ -1,59 +1,18 @@
 #include "photocoag/estimation/prior_check.hpp"
 
-#include <cmath>
 #include <optional>
+#include <unsupported/Eigen/SpecialFunctions>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
-namespace {
-
-constexpr int kMostTerms = 2000;
-constexpr double kEnough = 1e-15;
-
-// exp(-x) x^a / Gamma(a)
-double scale_of(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
-
-// Regularised lower incomplete gamma function by its series; x < a + 1.
-double lower_gamma(double a, double x) {
-  double term = 1.0 / a;
-  double sum = term;
-  for (int n = 1; n < kMostTerms && term > kEnough * sum; ++n) {
-    term *= x / (a + n);
-    sum += term;
-  }
-  return sum * scale_of(a, x);
-}
-
-// The upper one by Lentz's continued fraction; x >= a + 1.
-double upper_gamma(double a, double x) {
-  double b = x + 1.0 - a;
-  double c = 1e300;
-  double d = 1.0 / b;
-  double product = d;
-  for (int n = 1; n < kMostTerms; ++n) {
-    const double numerator = -n * (n - a);
-    b += 2.0;
-    d = 1.0 / (numerator * d + b);
-    c = b + numerator / c;
-    product *= d * c;
-    if (std::abs(d * c - 1.0) < kEnough) break;
-  }
-  return product * scale_of(a, x);
-}
-
-}  // namespace
-
 double chi_square_tail(double value, double degrees) {
-  const double a = 0.5 * degrees;
-  const double x = 0.5 * value;
-  if (!(x > 0.0)) return 1.0;
-  return x < a + 1.0 ? 1.0 - lower_gamma(a, x) : upper_gamma(a, x);
+  return value > 0.0 ? Eigen::numext::igammac(0.5 * degrees, 0.5 * value) : 1.0;
 }
 
-PriorCheck check_prior(const Belief& prior, const Belief& posterior, double innovations,
-                       double samples) {
+PriorCheck check_prior(const GaussianBelief& prior, const GaussianBelief& posterior,
+                       double innovations, double samples) {
   constexpr double kTold = 0.1;  // share of a direction's variance that the samples took
   const Eigen::Index size = prior.mean.size();
   if (posterior.mean.size() != size || prior.covariance.rows() != size ||
@@ -80,6 +39,14 @@ PriorCheck check_prior(const Belief& prior, const Belief& posterior, double inno
   }
   if (samples > 0.0) check.innovations_probability = chi_square_tail(innovations, samples);
   return check;
+}
+
+std::optional<PriorCheck> prior_check_of(const AnyEstimator& estimator) {
+  const PosteriorEstimator* posterior = estimator.posterior();
+  if (posterior == nullptr) return {};
+  return check_prior({posterior->prior_mean(), posterior->prior_covariance()},
+                     {posterior->joint_mean(), posterior->joint_covariance()},
+                     posterior->innovations(), posterior->samples());
 }
 
 }  // namespace photocoag

@@ -5,6 +5,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <optional>
+
+#include "photocoag/estimation/estimator.hpp"
 
 namespace photocoag {
 
@@ -22,13 +26,14 @@ struct PriorCheck {
 
   /// Below this either test is a warning: one treatment in 500 with a right prior.
   static constexpr double kDoubtful = 1e-3;
-  bool doubtful() const noexcept {
-    return distance_probability < kDoubtful || innovations_probability < kDoubtful;
+  double probability() const noexcept {
+    return std::min(distance_probability, innovations_probability);
   }
+  bool doubtful() const noexcept { return probability() < kDoubtful; }
 };
 
-/// What is believed of the unknowns, all Gaussian.
-struct Belief {
+/// What is known of the unknowns.
+struct GaussianBelief {
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< positive definite
 };
@@ -36,7 +41,10 @@ struct Belief {
 /// If the prior is right, theta - theta_0 has the covariance P_0 - P. A direction counts if the
 /// samples have taken at least a tenth of its variance. Throws Error if sizes differ or the prior's
 /// covariance is not positive definite.
-PriorCheck check_prior(const Belief& prior, const Belief& posterior, double innovations,
-                       double samples);
+PriorCheck check_prior(const GaussianBelief& prior, const GaussianBelief& posterior,
+                       double innovations, double samples);
+
+/// After the last sample; none without a prior.
+std::optional<PriorCheck> prior_check_of(const AnyEstimator& estimator);
 
 }  // namespace photocoag

@@ -24,8 +24,12 @@ double normal_quantile(double probability) noexcept {
   return 0.5 * (low + high);
 }
 
+double kept_deviations(double limit_probability) noexcept {
+  return normal_quantile(limit_probability / kDecisions);
+}
+
 ChanceLimit::ChanceLimit(const UncertainModel& model, const ControlSettings& settings)
-    : kappa_(normal_quantile(settings.limit_probability / kDecisions)),
+    : kappa_(kept_deviations(settings.limit_probability)),
       peak_max_(settings.peak_max),
       model_error_(model.peak_error_rms),
       stages_(settings.horizon - 1) {

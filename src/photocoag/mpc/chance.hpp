@@ -53,6 +53,9 @@ class ChanceLimit {
   LimitTightening tightening_;
 };
 
+/// kappa of (U3) for `control.limit_probability`.
+double kept_deviations(double limit_probability) noexcept;
+
 /// The standard deviations that correspond to the probability of one side of a normal
 /// distribution: Phi(-kappa) = probability.
 double normal_quantile(double probability) noexcept;

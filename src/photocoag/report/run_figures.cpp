@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/report/verdict.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -35,6 +37,20 @@ Panel peak_panel(const RunLog& log, const RunSummary& summary, const RunConfig& 
               .y = log.peak_estimate_K,
               .ink = Ink::kSeries2,
               .dash = Dash::kDashed});
+  Band band{.legend = "95 %", .x = time_ms, .low = {}, .high = {}, .ink = Ink::kSeries2};
+  Series allowed{.legend = "allowed by what is known",
+                 .x = time_ms,
+                 .y = {},
+                 .ink = Ink::kSeries3,
+                 .dash = Dash::kDotted};
+  for (std::size_t k = 0; k < log.cycles(); ++k) {
+    constexpr double kWithin = 1.96;  // 95 % of a normal distribution
+    band.low.push_back(log.peak_estimate_K[k] - kWithin * log.peak_sigma_K[k]);
+    band.high.push_back(log.peak_estimate_K[k] + kWithin * log.peak_sigma_K[k]);
+    allowed.y.push_back(chance_aim(log, summary, k));
+  }
+  add(panel, std::move(allowed));
+  if (has_values(band.low)) panel.bands.push_back(std::move(band));
   Series over{.legend = "over limit", .ink = Ink::kLimit, .mark = Mark::kPoints, .width = 4.0};
   for (std::size_t k = 0; k < log.cycles(); ++k)
     if (log.peak_true_K[k] > summary.limit_K) {

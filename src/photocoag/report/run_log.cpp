@@ -22,7 +22,7 @@ struct ColumnRule {
   Need need;
 };
 
-constexpr std::array<ColumnRule, 14> kColumns = {{
+constexpr std::array<ColumnRule, 15> kColumns = {{
     {"cycle", &RunLog::cycle, Need::kFinite},
     {"time_s", &RunLog::time_s, Need::kFinite},
     {"power_W", &RunLog::power_W, Need::kFinite},
@@ -31,6 +31,7 @@ constexpr std::array<ColumnRule, 14> kColumns = {{
     {"volume_estimate_K", &RunLog::volume_estimate_K, Need::kNumber},
     {"peak_true_K", &RunLog::peak_true_K, Need::kMayBeEmpty},
     {"peak_estimate_K", &RunLog::peak_estimate_K, Need::kNumber},
+    {"peak_sigma_K", &RunLog::peak_sigma_K, Need::kMayBeEmpty},
     {"absorption_estimate", &RunLog::absorption_estimate, Need::kNumber},
     {"absorption_sigma", &RunLog::absorption_sigma, Need::kNumber},
     {"choroid_estimate", &RunLog::choroid_estimate, Need::kMayBeEmpty},

@@ -18,6 +18,7 @@ struct RunLog {
   std::vector<double> cycle, time_s, power_W;
   std::vector<double> volume_true_K, volume_measured_K, volume_estimate_K;
   std::vector<double> peak_true_K, peak_estimate_K;
+  std::vector<double> peak_sigma_K;  ///< NaN unless the estimator states it
   std::vector<double> absorption_estimate, absorption_sigma;
   std::vector<double> choroid_estimate, choroid_sigma;  ///< NaN unless beta was estimated
   std::vector<double> power_reference_W, solver_iterations;
@@ -66,6 +67,13 @@ struct RunSummary {
     std::string pacing;                           ///< of a simulated eye, in words
   };
   std::optional<Device> device;
+  /// The optional object "chance": a limit that holds with a stated probability.
+  struct Chance {
+    double limit_probability = 0.0;
+    double kept_deviations = 0.0;  ///< of the peak's logarithm, from the limit
+  };
+  std::optional<Chance> chance;
+  bool prior_doubtful = false;  ///< the treatment speaks against [[prior]]
   /// The optional object "thermal_dose": parameter set and Arrhenius integral at the peak.
   std::vector<std::pair<std::string, double>> thermal_dose;
 };

@@ -147,6 +147,14 @@ std::optional<RunSummary::Device> read_device(const Json& object, const std::str
   return device;
 }
 
+std::optional<RunSummary::Chance> read_chance(const Json& object, const std::string& where) {
+  const auto found = object.find("chance");
+  if (found == object.end() || !found->is_object()) return {};
+  const Reader reader(*found, where + ": chance");
+  const auto number = [&](const char* key) { return reader.required(key, reader.number(key)); };
+  return RunSummary::Chance{number("limit_probability"), number("kept_deviations")};
+}
+
 double toml_number(const toml::table& table, std::string_view section, std::string_view key,
                    const std::string& where) {
   if (const auto value = table[section][key].value<double>()) return *value;
@@ -192,6 +200,10 @@ RunSummary parse_run_summary(std::string_view text, const std::string& where) {
   summary.histograms = read_histograms(json, where);
   summary.thermal_dose = read_thermal_dose(json);
   summary.device = read_device(json, where);
+  summary.chance = read_chance(json, where);
+  if (const auto check = json.find("prior_check"); check != json.end() && check->is_object()) {
+    summary.prior_doubtful = check->value("doubtful", false);
+  }
   return summary;
 }
 

@@ -40,6 +40,18 @@ std::string facts(const RunSummary& summary) {
   return text;
 }
 
+// Why the peak is held where it is: the limit's quantile, from what is not known at the end.
+std::string reason(const RunLog& log, const RunSummary& summary) {
+  if (!summary.chance || log.empty()) return "";
+  const double aim = chance_aim(log, summary, log.cycles() - 1);
+  if (!std::isfinite(aim)) return "";
+  return fmt::format(
+      " The limit is to hold with {:.6g} % probability and the peak is known to ±{:.2g} % by the "
+      "end, which allows {:.1f} K.",
+      100.0 * (1.0 - summary.chance->limit_probability),
+      100.0 * log.peak_sigma_K.back() / log.peak_estimate_K.back(), aim);
+}
+
 double highest(const std::vector<double>& values) {
   double result = NAN;
   for (const double value : values)
@@ -48,6 +60,12 @@ double highest(const std::vector<double>& values) {
 }
 
 }  // namespace
+
+double chance_aim(const RunLog& log, const RunSummary& summary, std::size_t cycle) {
+  if (!summary.chance) return NAN;
+  const double relative = log.peak_sigma_K[cycle] / log.peak_estimate_K[cycle];
+  return summary.limit_K * std::exp(-summary.chance->kept_deviations * relative);
+}
 
 std::string decisive(double value, double limit) {
   for (int digits = 1; digits < 9; ++digits) {
@@ -86,11 +104,13 @@ Verdict judge(const RunLog& log, const RunSummary& summary, const RunConfig& con
   const std::string by = summary.peak_true_max_K ? "" : ", by the estimate";
   if (!reached)
     return {"○", "Not reached",
-            fmt::format("Did not reach {:g} K{}: {}.", reference, by, facts(summary)), false};
+            fmt::format("Did not reach {:g} K{}: {}.{}", reference, by, facts(summary),
+                        reason(log, summary)),
+            false};
   if (!steady)
     return {"○", "Not held",
-            fmt::format("Reached but did not hold {:g} K (RMS error {:.2f} K): {}.", reference,
-                        *summary.rms_error_after_50_ms_K, facts(summary)),
+            fmt::format("Reached but did not hold {:g} K (RMS error {:.2f} K): {}.{}", reference,
+                        *summary.rms_error_after_50_ms_K, facts(summary), reason(log, summary)),
             false};
   return {"✓", "Held", fmt::format("Held {:g} K{}: {}.", reference, by, facts(summary)), false};
 }

@@ -21,6 +21,10 @@ struct Verdict {
 /// decides, and the sentence says so.
 Verdict judge(const RunLog& log, const RunSummary& summary, const RunConfig& config);
 
+/// K: the peak that `control.robust = "chance"` allows with what is known at the end of a cycle:
+/// limit * e^(-kappa sigma / estimate). NaN without it.
+double chance_aim(const RunLog& log, const RunSummary& summary, std::size_t cycle);
+
 /// Sentences for every number of summary.json that run.csv contradicts; empty if they agree.
 std::vector<std::string> contradictions(const RunLog& log, const RunSummary& summary);
 

@@ -150,6 +150,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
   BasicController<Mpc> controller(seen_by_pulses(model, pulses, feed), config.control,
                                   config.estimator);
   treat_with(config, controller, device, witness, around, treatment);
+  treatment.prior_check = prior_check_of(controller.filter());
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = device_name(address),
                       .pulses_per_period = pulses,
@@ -185,6 +186,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
   BasicController<Mpc> controller(told_of(model, config.estimator.timing), config.control,
                                   config.estimator);
   treat_with(config, controller, device, device_witness(config), around, treatment);
+  treatment.prior_check = prior_check_of(controller.filter());
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);
 }

@@ -13,6 +13,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/mpc/chance.hpp"
 #include "photocoag/run/run_csv.hpp"
 
 namespace photocoag {
@@ -182,6 +183,16 @@ std::string summary_json(const Config& config, const Treatment& treatment) {
                        {"reached", treatment.outcome.goal_reached},
                        {"held_ms", treatment.goal.held() * 1e3},
                        {"dose", treatment.goal.dose()}};
+  }
+  if (config.control.robust == Robustness::kChance) {
+    summary["chance"] = {{"limit_probability", config.control.limit_probability},
+                         {"kept_deviations", kept_deviations(config.control.limit_probability)}};
+  }
+  if (treatment.prior_check) {
+    const PriorCheck& check = *treatment.prior_check;
+    summary["prior_check"] = {{"doubtful", check.doubtful()},
+                              {"distance_probability", check.distance_probability},
+                              {"innovations_probability", check.innovations_probability}};
   }
   for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
     summary["thermal_dose"][std::string(kPublishedDamage[i].name)] =

@@ -181,8 +181,8 @@ Treatment close_loop(const Config& config, C& controller, const EyeModel& eye,
     treat_eye(ReducedIntersamplePlant(*eye.reduced, plant.absorption(), bench.timing,
                                       bench.absorption_drift));
   } else if (eye.full) {
-    treat_eye(FullOrderPlant(eye.full, plant.discretization, config.control.period,
-                             plant.absorption()));
+    treat_eye(
+        FullOrderPlant(eye.full, plant.discretization, config.control.period, plant.absorption()));
   } else {
     treat_eye(ReducedPlant(*eye.reduced, plant.absorption()));
   }
@@ -199,7 +199,9 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   place->decide();
   place->step({.volume_temperature = 0.0, .applied_power = 0.0});
   BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
-  return close_loop(config, controller, eye, around);
+  Treatment treatment = close_loop(config, controller, eye, around);
+  treatment.prior_check = prior_check_of(controller.filter());
+  return treatment;
 }
 
 Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel& eye,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/estimation/prior_check.hpp"
 #include "photocoag/loop/own_parts.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
@@ -54,7 +55,8 @@ struct Treatment {
   PageFaults page_faults;     ///< of the loop's thread while it treated
   double wall_seconds = 0.0;  ///< of the loop alone
   std::size_t full_order_states = 0;
-  std::optional<DeviceReport> device;  ///< none: the simulated eye of this process
+  std::optional<PriorCheck> prior_check;  ///< none: no posterior, or a recovered run
+  std::optional<DeviceReport> device;     ///< none: the simulated eye of this process
 };
 
 /// Throws Error unless the loop may run on safety.core. With safety.real_time = "enforce" also
