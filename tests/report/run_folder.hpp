@@ -25,7 +25,7 @@ struct RunFolder {
   std::string config_comment = "# the whole configuration";
   double peak_sigma_K = 0.0;  ///< 0: the run has no such column
   double height = 30.25;      ///< K, at which the true peak is held
-  int violation_at = -1;  ///< this cycle's true peak is 40 K
+  int violation_at = -1;      ///< this cycle's true peak is 40 K
 
   RunFolder() {
     static int count = 0;
@@ -85,8 +85,9 @@ struct RunFolder {
             "\"seed\": 123456789, \"config_sha256\": \"{:0>64}\", \"version\": "
             "\"0.1.0-test\"{}}}\n",
             truth ? fmt::format("{}", highest) : none, highest_estimate,
-            truth ? fmt::format("{}", violation_at >= 0 ? 1 : 0) : none, truth ? "0.006" : "null",
-            truth ? "0.249" : "null", cycles, stopped_for, "abc", timing));
+            truth ? fmt::format("{}", violation_at >= 0 ? 1 : 0) : none,
+            truth && height >= 28.5 ? "0.006" : "null", truth ? "0.249" : "null", cycles,
+            stopped_for, "abc", timing));
   }
 };
 

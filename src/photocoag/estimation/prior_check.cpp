@@ -1,14 +1,15 @@
 #include "photocoag/estimation/prior_check.hpp"
 
 #include <optional>
-#include <unsupported/Eigen/SpecialFunctions>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/core/special_functions.hpp"
 
 namespace photocoag {
+
 double chi_square_tail(double value, double degrees) {
-  return value > 0.0 ? Eigen::numext::igammac(0.5 * degrees, 0.5 * value) : 1.0;
+  return value > 0.0 ? upper_gamma(0.5 * degrees, 0.5 * value) : 1.0;
 }
 
 PriorCheck check_prior(const GaussianBelief& prior, const GaussianBelief& posterior,

@@ -102,7 +102,7 @@ WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estima
   const std::lock_guard lock(mutex);
   if (kept.reference != reference || kept.period != period || kept.eye != eye ||
       kept.power_max != power_max || kept.pulses != pulses || kept.timing != estimator.timing) {
-    const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
+    const bool both = reference->at.front().beta != reference->at[reference->witnessed - 1].beta;
     kept = {reference,
             period,
             eye,

@@ -228,6 +228,32 @@ struct Judge {
   }
 };
 
+// What beta is to the witness, where it may not take it as known: estimated, or the absorption of a
+// layer that the prior has.
+struct UnknownBeta {
+  double low = 0.0;
+  double high = 0.0;
+  Tissue tissue;  // with that layer scaled by beta
+};
+
+std::optional<UnknownBeta> unknown_beta(const Tissue& tissue, const EstimatorSettings& estimator) {
+  if (estimator.unknowns == Unknowns::kRpeAndChoroid) {
+    return UnknownBeta{estimator.choroid_min, estimator.choroid_max, tissue};
+  }
+  for (const UncertainQuantity& quantity : estimator.prior.quantities) {
+    if (quantity.kind != QuantityKind::kLayerAbsorption) continue;
+    UnknownBeta beta{.tissue = tissue};
+    for (Layer& layer : beta.tissue.layers) {
+      if (layer.name != quantity.layer || layer.scaled_by_alpha) continue;
+      layer.scaled_by_beta = true;
+      beta.low = quantity.low / layer.absorption;
+      beta.high = quantity.high / layer.absorption;
+      return beta;
+    }
+  }
+  return {};
+}
+
 struct Kept {
   Tissue tissue;
   EstimatorSettings estimator;
@@ -236,16 +262,6 @@ struct Kept {
 };
 
 }  // namespace
-
-std::vector<AbsorptionFactors> witness_absorptions(const EstimatorSettings& estimator) {
-  const bool both = estimator.unknowns == Unknowns::kRpeAndChoroid;
-  const std::vector<double> betas =
-      both ? spread(estimator.choroid_min, estimator.choroid_max, kWitnessChoroids)
-           : std::vector<double>{estimator.choroid_initial};
-  return pairs(spread(estimator.absorption_min, estimator.absorption_max,
-                      both ? kWitnessAbsorptions / 2 : kWitnessAbsorptions),
-               betas);
-}
 
 std::shared_ptr<const TissueReference> tissue_reference(const Tissue& tissue,
                                                         const EstimatorSettings& estimator,
@@ -259,14 +275,19 @@ std::shared_ptr<const TissueReference> tissue_reference(const Tissue& tissue,
                              k.estimator.choroid_min == estimator.choroid_min &&
                              k.estimator.choroid_max == estimator.choroid_max &&
                              k.estimator.choroid_initial == estimator.choroid_initial &&
-                             k.estimator.unknowns == estimator.unknowns;
+                             k.estimator.unknowns == estimator.unknowns &&
+                             k.estimator.prior == estimator.prior;
     if (same_bounds && k.period == period && k.tissue == tissue) return k.reference;
   }
   auto reference = std::make_shared<TissueReference>();
-  reference->at = witness_absorptions(estimator);
+  const std::optional<UnknownBeta> beta = unknown_beta(tissue, estimator);
+  reference->at = pairs(spread(estimator.absorption_min, estimator.absorption_max,
+                               beta ? kWitnessAbsorptions / 2 : kWitnessAbsorptions),
+                        beta ? spread(beta->low, beta->high, kWitnessChoroids)
+                             : std::vector<double>{estimator.choroid_initial});
   reference->witnessed = reference->at.size();
   for (const AbsorptionFactors at : checked_absorptions(estimator)) reference->at.push_back(at);
-  reference->lags = crosscheck::tissue_lags(tissue, reference->at, period);
+  reference->lags = crosscheck::tissue_lags(beta ? beta->tissue : tissue, reference->at, period);
   constexpr std::size_t kKept = 4;
   if (kept.size() == kKept) kept.pop_front();
   kept.push_back({tissue, estimator, period, reference});

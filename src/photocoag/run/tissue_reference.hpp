@@ -13,16 +13,14 @@
 namespace photocoag {
 
 /// Responses of [tissue] by the cross-check: of the witness's absorptions first, then of those that
-/// models are compared at.
+/// models are compared at. The witness's are spread evenly in logarithm between the estimator's
+/// bounds: alpha at the beta that the estimator is told, or all pairs, alpha running fastest, if it
+/// estimates both or the prior has the absorption of a layer. That absorption is beta then.
 struct TissueReference {
   std::vector<AbsorptionFactors> at;
   std::size_t witnessed = 0;  ///< how many are the witness's
   crosscheck::LagSums lags;
 };
-
-/// The witness's absorptions: spread evenly in logarithm between the estimator's bounds, alpha at
-/// the beta that the estimator is told, or all pairs, alpha running fastest, if it estimates both.
-std::vector<AbsorptionFactors> witness_absorptions(const EstimatorSettings& estimator);
 
 /// Computed once per tissue, period and bounds in a process (some 0.1 s). Any thread.
 std::shared_ptr<const TissueReference> tissue_reference(const Tissue& tissue,
