@@ -1,6 +1,7 @@
 // `photocoag bench cycle`: what one control cycle and one step of the simulated eye cost here.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <limits>
 
@@ -56,8 +57,9 @@ void treat_once(Contender& contender, int treatment, std::vector<double>* eye_us
 }
 
 Json row(std::string_view name, const std::vector<double>& us, double worst, double first) {
-  fmt::print(stderr, "{:<40} {:8.2f} {:8.2f} {:8.2f} {:8.2f} {:8.2f}\n", name, percentile(us, 0.5),
-             percentile(us, 0.99), worst, percentile(us, 1.0), first);
+  fmt::print(stderr, "{:<40} {:8.2f} {:8.2f} {:>8} {:8.2f} {:8.2f}\n", name, percentile(us, 0.5),
+             percentile(us, 0.99), std::isnan(worst) ? "-" : fmt::format("{:.2f}", worst),
+             percentile(us, 1.0), first);
   return {{"name", name},
           {"median_us", percentile(us, 0.5)},
           {"p99_us", percentile(us, 0.99)},

@@ -76,6 +76,7 @@ Trajectory trajectory_of(const RunLog& log) {
     loop.power_mW.push_back(1e3 * log.power_W[k]);
   }
   loop.peak_K = log.has_truth() ? log.peak_true_K : log.peak_estimate_K;
+  loop.volume_K = log.has_truth() ? log.volume_true_K : log.volume_estimate_K;
   loop.absorption_factor = log.absorption_estimate;
   return loop;
 }
