@@ -113,7 +113,7 @@ TEST(Report, AChanceControllerShowsItsBandAndSaysWhyItHoldsThePeakThere) {
   expect_on(page, "95 %");
   // 32 K exp(-3.66 * 0.8 / (30 / 30.25 * 28)) = 28.80 K; 0.8 K are 2.9 %.
   expect_on(page, "99.9" + s + "% probability");
-  expect_on(page, "±2.9" + s + "%");
+  expect_on(page, "standard deviation of 2.9" + s + "%");
   expect_on(page, "which allows 28.8" + s + "K.");
   expect_on(page, "This eye does not fit the prior.");
 }

@@ -41,12 +41,13 @@ std::string facts(const RunSummary& summary) {
 }
 
 // Why the peak is held where it is: the limit's quantile, from what is not known at the end.
-std::string reason(const RunLog& log, const RunSummary& summary) {
+std::string reason(const RunLog& log, const RunSummary& summary, double reference) {
   if (!summary.chance || log.empty()) return "";
   const double aim = chance_aim(log, summary, log.cycles() - 1);
-  if (!std::isfinite(aim)) return "";
+  if (!(aim < reference)) return "";
   return fmt::format(
-      " The limit is to hold with {:.6g} % probability and the peak is known to ±{:.2g} % by the "
+      " The limit is to hold with {:.6g} % probability and the peak has a standard deviation of "
+      "{:.2g} % by the "
       "end, which allows {:.1f} K.",
       100.0 * (1.0 - summary.chance->limit_probability),
       100.0 * log.peak_sigma_K.back() / log.peak_estimate_K.back(), aim);
@@ -105,14 +106,18 @@ Verdict judge(const RunLog& log, const RunSummary& summary, const RunConfig& con
   if (!reached)
     return {"○", "Not reached",
             fmt::format("Did not reach {:g} K{}: {}.{}", reference, by, facts(summary),
-                        reason(log, summary)),
+                        reason(log, summary, reference)),
             false};
   if (!steady)
     return {"○", "Not held",
             fmt::format("Reached but did not hold {:g} K (RMS error {:.2f} K): {}.{}", reference,
-                        *summary.rms_error_after_50_ms_K, facts(summary), reason(log, summary)),
+                        *summary.rms_error_after_50_ms_K, facts(summary),
+                        reason(log, summary, reference)),
             false};
-  return {"✓", "Held", fmt::format("Held {:g} K{}: {}.", reference, by, facts(summary)), false};
+  return {"✓", "Held",
+          fmt::format("Held {:g} K{}: {}.{}", reference, by, facts(summary),
+                      reason(log, summary, reference)),
+          false};
 }
 
 std::vector<std::string> contradictions(const RunLog& log, const RunSummary& summary) {
