@@ -184,10 +184,15 @@ TEST(StudyCommands, ACampaignContinuesAndReplays) {
   const ProgramResult again = sandbox.run("campaign spots.toml --out result");
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE(again.err.find("0 computed now"), std::string::npos) << again.err;
+  EXPECT_EQ(again.err.find("nan"), std::string::npos) << again.err;  // nothing after 50 ms
   EXPECT_EQ(read_all(sandbox.path("result/campaign.h5")), table);
   ASSERT_EQ(sandbox.run("campaign spots.toml --replay 3 --out spot").exit_code, 0);
   EXPECT_TRUE(fs::exists(sandbox.path("spot/report.html")));
   EXPECT_EQ(sandbox.run("campaign spots.toml --replay 8 --out none").exit_code, 2);
+  const ProgramResult estimate = sandbox.run("campaign spots.toml --estimate 5");
+  EXPECT_EQ(estimate.exit_code, 2);
+  EXPECT_NE(estimate.err.find("estimator.kind"), std::string::npos) << estimate.err;
+  EXPECT_EQ(sandbox.run("campaign spots.toml --estimate 9").exit_code, 2);
   write_all(sandbox.path("spots.toml"), campaign_text(9));
   EXPECT_EQ(sandbox.run("campaign spots.toml --out result").exit_code, 2);
 }

@@ -180,5 +180,39 @@ TEST(Explain, ToldTheFoundLagTheLimitHolds) {
   EXPECT_GE(remedies[2].time_to_95_ms, remedies[1].time_to_95_ms);
 }
 
+// Of sets that tie in the search the first is not the best one: here a statement holds by the luck
+// of the noise, more often the later the sample is.
+TEST(Explain, TheBestSetIsTheBestOfTheConfirmedOnes) {
+  Explanation study;
+  study.set = bench(0.0);
+  study.seeds = 1;
+  study.confirm_seeds = 8;
+  study.best_sets = 3;
+  study.runs.resize(1);
+  study.runs[0].id = study.hot_run = study.lag_run = "r2";
+  study.runs[0].set = {"control.power_change_weight=5e4"};
+  study.statements.resize(1);
+  study.statements[0].holds_if = "max(over_limit_K, r2) > 1";
+  study.lags = {0.0, 0.5};
+  study.factors = {{.id = "timing",
+                    .title = "late",
+                    .levels = {{"at once", {}},
+                               {"0.5", {"plant.sample_lag_periods=0.5"}},
+                               {"0.7", {"plant.sample_lag_periods=0.7"}}}}};
+  study.scan_factor = "timing";
+  const ExplainOutcome outcome = explain(study, false, false);
+  ASSERT_EQ(outcome.confirmed.size(), 3U);
+  const auto mean = [&](std::size_t k) { return outcome.confirmed[k].repetitions().mean_held(); };
+  EXPECT_GT(mean(0), mean(1));
+  EXPECT_GT(mean(0), mean(2));
+  EXPECT_EQ(outcome.confirmed[0].label, "late: 0.7");
+  // The search itself took another one first.
+  EXPECT_NE(outcome.together.front().levels, std::vector<std::size_t>{2});
+  // What is drawn, varied and remedied is the best one.
+  EXPECT_EQ(outcome.around.front().levels, std::vector<std::size_t>{2});
+  EXPECT_FALSE(outcome.confirmed[0].runs.empty());
+  EXPECT_TRUE(outcome.confirmed[1].runs.empty());
+}
+
 }  // namespace
 }  // namespace photocoag

@@ -162,6 +162,41 @@ std::vector<bool> holds_in(const std::string& predicate, const std::vector<RunRe
   return holds;
 }
 
+struct LabelledLevels {
+  Levels levels;
+  LabelledSet named;
+};
+
+// Confirms the search's best sets, the best of which comes first and is returned, and the
+// candidates. The first of the search has been chosen by the luck of few repetitions too.
+LabelledLevels confirm_all(const Explanation& study, ModelPool& pool, const Stage& tell,
+                           ExplainOutcome& outcome) {
+  const std::size_t searched = std::min<std::size_t>(study.best_sets, outcome.together.size());
+  const auto all = static_cast<double>(searched + study.candidates.size());
+  std::size_t best = 0;
+  std::vector<LabelledLevels> sets;
+  for (std::size_t k = 0; k < searched; ++k) {
+    const Levels& levels = outcome.together[k].levels;
+    const Levels defaults(levels.size(), 0);
+    sets.push_back({levels, {words_of(study, levels, defaults), overrides_of(study, levels)}});
+    outcome.confirmed.push_back(confirm(study, sets[k].named, study.confirm_seeds, pool));
+    const double held = outcome.confirmed[k].repetitions().mean_held();
+    if (held > outcome.confirmed[best].repetitions().mean_held()) best = k;
+    tell(static_cast<double>(outcome.confirmed.size()) / all);
+  }
+  const auto first = outcome.confirmed.begin();
+  std::rotate(first, first + static_cast<std::ptrdiff_t>(best),
+              first + static_cast<std::ptrdiff_t>(best) + 1);
+  for (const LabelledSet& candidate : study.candidates) {
+    outcome.confirmed.push_back(confirm(study, candidate, study.confirm_seeds, pool));
+    tell(static_cast<double>(outcome.confirmed.size()) / all);
+  }
+  // Only the first set's loops are drawn.
+  std::for_each(outcome.confirmed.begin() + 1, outcome.confirmed.end(),
+                [](ConfirmedSet& one) { one.runs.clear(); });
+  return sets[best];
+}
+
 }  // namespace
 
 double Repetitions::share(std::size_t statement) const { return share_of(seen[statement]); }
@@ -250,24 +285,12 @@ ExplainOutcome explain(const Explanation& study, bool quick, bool use_cache,
                      const double more = a.repetitions.mean_held() - b.repetitions.mean_held();
                      return more != 0.0 ? more > 0.0 : a.changed < b.changed;
                    });
-  const Levels& best = outcome.together.front().levels;
-  outcome.around = judge_points(used, neighbours(used, best), pool, stage("around the best set"));
-  run_scans(used, best, pool, stage("sensitivity"), outcome);
-  std::vector<LabelledSet> sets;
-  for (std::size_t k = 0; k < std::min<std::size_t>(used.best_sets, outcome.together.size()); ++k) {
-    const Levels& levels = outcome.together[k].levels;
-    sets.push_back({words_of(used, levels, defaults), overrides_of(used, levels)});
-  }
-  sets.insert(sets.end(), used.candidates.begin(), used.candidates.end());
-  for (const LabelledSet& set : sets) {
-    outcome.confirmed.push_back(confirm(used, set, used.confirm_seeds, pool));
-    // Only the first set's loops are drawn.
-    if (outcome.confirmed.size() > 1) outcome.confirmed.back().runs.clear();
-    stage("confirmed with other seeds")(static_cast<double>(outcome.confirmed.size()) /
-                                        static_cast<double>(sets.size()));
-  }
+  const LabelledLevels best = confirm_all(used, pool, stage("confirmed with other seeds"), outcome);
+  outcome.around =
+      judge_points(used, neighbours(used, best.levels), pool, stage("around the best set"));
+  run_scans(used, best.levels, pool, stage("sensitivity"), outcome);
   stage("remedies")(0.0);
-  outcome.remedies = try_remedies(used, sets.front().set, outcome.confirmed.front(), pool);
+  outcome.remedies = try_remedies(used, best.named.set, outcome.confirmed.front(), pool);
   return outcome;
 }
 

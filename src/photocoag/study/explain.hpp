@@ -136,10 +136,10 @@ struct ExplainOutcome {
   Explanation study;
   std::vector<ExplainedPoint> alone;     ///< one factor changed, the default first
   std::vector<ExplainedPoint> together;  ///< all combinations, best first
-  std::vector<ExplainedPoint> around;    ///< together.front(), then one factor of it changed
+  std::vector<ExplainedPoint> around;    ///< the best set, then one factor of it changed
   std::vector<std::vector<std::vector<ScanPoint>>> scans;  ///< by scan, level of scan_factor, value
-  std::vector<ConfirmedSet> confirmed;                     ///< the best sets, then the candidates
-  std::vector<Remedy> remedies;                            ///< on the bench of confirmed.front()
+  std::vector<ConfirmedSet> confirmed;  ///< best first, the search's others, the candidates
+  std::vector<Remedy> remedies;         ///< on the bench of confirmed.front()
 };
 
 /// Called with what is being done and a fraction of it.

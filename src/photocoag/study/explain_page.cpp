@@ -19,6 +19,7 @@ namespace {
 constexpr std::string_view kCss = R"css(
 .data{width:100%}
 .data tbody th{white-space:normal;min-width:13rem}
+.data tbody td{white-space:normal}
 )css";
 
 constexpr std::size_t kShownSets = 12;
