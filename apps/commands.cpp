@@ -14,6 +14,7 @@
 #include "configured.hpp"
 #include "console.hpp"
 #include "photocoag/config/config.hpp"
+#include "photocoag/config/schema.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
@@ -363,7 +364,11 @@ int boundaries(const CommonOptions& options) {
   return 0;
 }
 
-int print_config(const CommonOptions& options) {
+int print_config(const ConfigOptions& options) {
+  if (options.schema) {
+    write_output("-", config_schema());
+    return 0;
+  }
   write_output("-", to_toml(load_config(options.config, options.set)));
   return 0;
 }

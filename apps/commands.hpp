@@ -18,6 +18,10 @@ struct CommonOptions {
   bool no_cache = false;
 };
 
+struct ConfigOptions : CommonOptions {
+  bool schema = false;  ///< print the JSON Schema instead
+};
+
 struct RunOptions : CommonOptions {
   std::string out;                  ///< run folder; empty: a new one below runs/
   std::string seed;                 ///< as given; empty: from the configuration
@@ -128,7 +132,7 @@ int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int export_command(const ExportOptions& options);
 int field_command(const FieldOptions& options);
-int print_config(const CommonOptions& options);
+int print_config(const ConfigOptions& options);
 int boundaries(const CommonOptions& options);
 int discretizations(const DiscretizationsOptions& options);
 int information(const InformationOptions& options);

@@ -98,12 +98,15 @@ int run_command(int argc, char** argv) {
 
   add_model_commands(app, exit_code);
 
-  CommonOptions config_options;
+  ConfigOptions config_options;
   CLI::App* config_app =
       app.add_subcommand("config", "check a configuration and print it complete and annotated");
   add_common(*config_app, config_options);
+  config_app->add_flag("--schema", config_options.schema,
+                       "instead: the JSON Schema of every key, for editors of TOML");
   config_app->footer(
       footer("  photocoag config > my.toml\n"
+             "  photocoag config --schema > photocoag.schema.json\n"
              "  photocoag config --config my.toml --set control.peak_reference_K=20"));
   config_app->callback([&] { exit_code = print_config(config_options); });
 

@@ -15,6 +15,8 @@ class App;
 
 namespace photocoag {
 
+struct Campaign;
+
 struct ReproduceCommandOptions {
   std::string out;      ///< folder, new or empty; empty: a new one below runs/
   std::string studies;  ///< folder; empty: the shipped one
@@ -44,8 +46,9 @@ struct CompareRunsOptions {
 struct CampaignCommandOptions {
   std::string file;
   std::string out;
-  unsigned threads = 0;                 ///< per rank; 0: all cores that the rank may use
-  std::optional<std::uint64_t> replay;  ///< only this spot, with a run folder
+  unsigned threads = 0;                   ///< per rank; 0: all cores that the rank may use
+  std::optional<std::uint64_t> replay;    ///< only this spot, with a run folder
+  std::optional<std::uint64_t> estimate;  ///< instead: how honest the estimate of so many spots is
   bool no_cache = false;
 };
 
@@ -53,6 +56,8 @@ int reproduce_command(const ReproduceCommandOptions& options);
 int sweep_command(const SweepOptions& options);
 int compare_runs_command(const CompareRunsOptions& options);
 int campaign_command(const CampaignCommandOptions& options);
+/// Of `campaign --estimate`.
+int estimate_campaign(const CampaignCommandOptions& options, const Campaign& campaign);
 
 /// Adds `campaign`; the next function calls it.
 void add_campaign(CLI::App& app, int& exit_code);

@@ -33,7 +33,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "rom", "fom", "estimation", "mpc", "loop", "config", "run", "page", "report",
       "osqp"}},
     {"campaign",
-     {"core", "tissue", "rom", "fom", "loop", "config", "run", "tables", "page", "study"}},
+     {"core", "tissue", "rom", "fom", "mpc", "loop", "config", "run", "tables", "page", "study"}},
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.

@@ -19,6 +19,7 @@ using testing::thrown_by;
 
 ParetoPoint point(const std::string& name, double held, std::uint64_t violations) {
   return {.name = name,
+          .campaign = "",
           .spots = 1000,
           .violations = violations,
           .probability = static_cast<double>(violations) / 1000.0,
@@ -82,6 +83,29 @@ TEST(Pareto, ReadsSummariesAndWritesThePage) {
   for (const char* const file : {"index.html", "compare.svg", "compare.csv"}) {
     EXPECT_TRUE(fs::exists(folder.file("out") + "/" + file)) << file;
   }
+}
+
+TEST(Pareto, TheOfflineBoundIsDrawnAndBeatsNobody) {
+  const TemporaryFolder folder;
+  for (const char* const name : {"one", "bound"}) fs::create_directories(folder.file(name));
+  write_file(folder.file("one") + "/campaign.h5", "");
+  write_file(folder.file("one") + "/summary.json", summary("-0.5"));
+  write_file(folder.file("bound") + "/offline-bound.json",
+             R"({"spots": 200, "campaign": "a.toml", "peak_reference_K": 30.0, "limit_K": 32.0,
+                 "points": [{"limit_probability": 0.01, "over_limit_spots": 2,
+                             "held_mean_error_K": -0.4, "held_std_error_K": 0.9}]})");
+  EXPECT_TRUE(is_campaign_folder(folder.file("bound")));
+  compare_campaigns({folder.file("one"), folder.file("bound")}, folder.file("out"));
+  const std::string table = read_file(folder.file("out") + "/tables.md", 100'000);
+  EXPECT_NE(table.find("| bound, 1 % | 200 | 2 | 1 | 0.121 to 3.57 | -0.400 | 0.900 |  |  | 0 |"),
+            std::string::npos)
+      << table;
+  ParetoPoint bound = point("bound", -0.1, 0);
+  bound.is_bound = true;
+  EXPECT_EQ(pareto_front({point("nominal", -0.4, 130), bound}), std::vector<std::size_t>{0});
+  write_file(folder.file("bound") + "/offline-bound.json", "{}");
+  EXPECT_EQ(thrown_by([&] { compare_campaigns({folder.file("bound")}, folder.file("other")); }).key,
+            "points");
 }
 
 TEST(Pareto, ABadSummaryIsNamed) {

@@ -1,8 +1,11 @@
-// The supervisor beside a controller that has a prior: eyes that it stopped while its witness knew
-// alpha alone, all of them healthy, with little pigment in RPE and choroid.
+// Full-order eyes of a prior: the estimate is as good as it says, and as a batch estimate that
+// shares no sums with it; the supervisor beside such a controller stops no healthy eye.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "photocoag/campaign/campaign_file.hpp"
+#include "photocoag/campaign/honesty.hpp"
 #include "photocoag/campaign/spot.hpp"
 #include "photocoag/run/supervision.hpp"
 
@@ -10,8 +13,7 @@ namespace photocoag {
 namespace {
 
 Campaign supervised() {
-  return load_campaign(PHOTOCOAG_SOURCE_DIR
-                       "/studies/campaigns/uncertain-1khz-supervised.toml");
+  return load_campaign(PHOTOCOAG_SOURCE_DIR "/studies/campaigns/uncertain-1khz-supervised.toml");
 }
 
 TEST(UncertainEyes, TheWitnessTakesTheChoroidAsUnknownIfThePriorHasIt) {
@@ -19,6 +21,40 @@ TEST(UncertainEyes, TheWitnessTakesTheChoroidAsUnknownIfThePriorHasIt) {
   EXPECT_EQ(witness.choroids, kWitnessChoroids);
   EXPECT_NEAR(witness.choroid.front(), 1000.0 / 2662.2, 1e-3);
   EXPECT_NEAR(witness.choroid.back(), 8000.0 / 2662.2, 1e-2);
+}
+
+Campaign unsupervised() {
+  return load_campaign(PHOTOCOAG_SOURCE_DIR "/studies/campaigns/uncertain-1khz.toml");
+}
+
+TEST(UncertainEyes, TheEstimateIsAsGoodAsABatchEstimateAndAsItSays) {
+  const Campaign campaign = unsupervised();
+  const Honesty all = honesty_of(campaign, make_spot_models(campaign, true), 90);
+  ASSERT_EQ(all.cycles.size(), 250U);
+  EXPECT_LT(all.rms_K, 1.05 * all.batch_rms_K);
+  EXPECT_GT(all.rms_K, 0.95 * all.batch_rms_K);
+  // 90 eyes: the standard deviation of such a mean is 0.15 to 0.3, that of a share 0.023 to 0.04.
+  for (const std::size_t k : {4U, 9U, 49U, 249U}) {
+    EXPECT_NEAR(all.cycles[k].nees[0], 1.0, 0.45) << k;
+    EXPECT_NEAR(all.cycles[k].covered[0], 0.95, 0.06) << k;
+    for (std::size_t third = 1; third <= 3; ++third) {
+      EXPECT_NEAR(all.cycles[k].nees[third], 1.0, 0.75) << k;
+    }
+  }
+  EXPECT_TRUE(std::isnan(all.cycles[0].batch_rms_K));
+  // The bound falls with the probability, and is kept.
+  ASSERT_EQ(all.bounds.size(), 4U);
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_LT(all.bounds[i].held_K, all.bounds[i - 1].held_K);
+  EXPECT_LE(all.bounds[2].over_limit, 2U);
+}
+
+TEST(UncertainEyes, APriorThatIsTooNarrowIsSeenByItsErrors) {
+  Campaign campaign = unsupervised();
+  // The eyes stay; the controller believes deviations of a third.
+  for (double& entry : campaign.config.estimator.prior.covariance) entry /= 9.0;
+  const Honesty all = honesty_of(campaign, make_spot_models(campaign, true), 45);
+  EXPECT_GT(all.cycles[249].nees[0], 2.0);
+  EXPECT_LT(all.cycles[249].covered[0], 0.85);
 }
 
 TEST(UncertainEyes, HealthyOnesOfLittlePigmentAreNotStopped) {

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
 
 #include "photocoag/campaign/report.hpp"
+#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/run_folder.hpp"
@@ -19,6 +22,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostBytes = 1'000'000;
+constexpr const char* kBoundFile = "offline-bound.json";
 
 const Json& value_of(const Json& json, const std::string& file, const char* key, bool is_text) {
   const auto found = json.find(key);
@@ -53,6 +57,51 @@ Ink ink_of(std::size_t index) {
   return kInks[index % std::size(kInks)];
 }
 
+Json read_object(const std::string& file) {
+  const Json json =
+      Json::parse(read_file(file, kMostBytes, "summary of a campaign"), nullptr, false);
+  if (!json.is_object()) throw Error(ErrorParts{.where = file, .problem = "not a JSON object"});
+  return json;
+}
+
+std::string name_of(const fs::path& folder) {
+  const fs::path path = folder.lexically_normal();
+  return (path.filename().empty() ? path.parent_path() : path).filename().string();
+}
+
+// What a batch estimate of the whole record would hold, one point per probability.
+std::vector<ParetoPoint> read_bounds(const fs::path& folder) {
+  const std::string file = (folder / kBoundFile).string();
+  const Json json = read_object(file);
+  const auto points = json.find("points");
+  if (points == json.end() || !points->is_array()) {
+    throw Error(ErrorParts{.where = file, .key = "points", .accepted = "an array"});
+  }
+  std::vector<ParetoPoint> all;
+  for (const Json& one : *points) {
+    const auto number = [&](const char* key) { return number_of(one, file, key); };
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    ParetoPoint point{.campaign = value_of(json, file, "campaign", true).get<std::string>(),
+                      .half_mean = kNone,
+                      .reached = kNone,
+                      .peak_max = kNone,
+                      .is_bound = true};
+    point.name = fmt::format("{}, {} %", name_of(folder), percent(number("limit_probability")));
+    point.spots = static_cast<std::uint64_t>(number_of(json, file, "spots"));
+    point.violations = static_cast<std::uint64_t>(number("over_limit_spots"));
+    point.probability = static_cast<double>(point.violations) /
+                        static_cast<double>(std::max<std::uint64_t>(1, point.spots));
+    std::tie(point.probability_low, point.probability_high) =
+        binomial_interval(point.violations, point.spots);
+    point.held_mean = number("held_mean_error_K");
+    point.held_deviation = number("held_std_error_K");
+    point.peak_reference = number_of(json, file, "peak_reference_K");
+    point.limit = number_of(json, file, "limit_K");
+    all.push_back(std::move(point));
+  }
+  return all;
+}
+
 // The held peak itself, so that references may differ.
 double held_peak(const ParetoPoint& point) { return point.peak_reference + point.held_mean; }
 
@@ -60,19 +109,16 @@ double held_peak(const ParetoPoint& point) { return point.peak_reference + point
 
 bool is_campaign_folder(const fs::path& folder) {
   std::error_code ignored;
-  return fs::exists(folder / "campaign.h5", ignored);
+  return fs::exists(folder / "campaign.h5", ignored) || fs::exists(folder / kBoundFile, ignored);
 }
 
 ParetoPoint read_pareto_point(const fs::path& folder) {
   const std::string file = (folder / "summary.json").string();
-  const Json json =
-      Json::parse(read_file(file, kMostBytes, "summary of a campaign"), nullptr, false);
-  if (!json.is_object()) throw Error(ErrorParts{.where = file, .problem = "not a JSON object"});
+  const Json json = read_object(file);
   const auto number = [&](const char* key) { return number_of(json, file, key); };
   const auto count = [&](const char* key) { return static_cast<std::uint64_t>(number(key)); };
   ParetoPoint point;
-  point.name = folder.lexically_normal().filename().string();
-  if (point.name.empty()) point.name = folder.lexically_normal().parent_path().filename().string();
+  point.name = name_of(folder);
   point.campaign = value_of(json, file, "campaign", true).get<std::string>();
   point.spots = count("spots");
   point.violations = count("over_limit_spots");
@@ -93,8 +139,9 @@ ParetoPoint read_pareto_point(const fs::path& folder) {
 std::vector<std::size_t> pareto_front(const std::vector<ParetoPoint>& points) {
   std::vector<std::size_t> front;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!std::isfinite(held_peak(points[i]))) continue;
+    if (points[i].is_bound || !std::isfinite(held_peak(points[i]))) continue;
     const bool beaten = std::any_of(points.begin(), points.end(), [&](const ParetoPoint& other) {
+      if (other.is_bound) return false;
       const bool no_worse =
           held_peak(other) >= held_peak(points[i]) && other.probability <= points[i].probability;
       const bool better =
@@ -162,8 +209,9 @@ Table pareto_table(const std::vector<ParetoPoint>& points) {
          percent(p.probability),
          fmt::format("{} to {}", percent(p.probability_low), percent(p.probability_high)),
          fmt::format("{:+.3f}", p.held_mean), fmt::format("{:.3f}", p.held_deviation),
-         fmt::format("{:+.3f}", p.half_mean), fmt::format("{:.1f}", 100.0 * p.reached),
-         fmt::format("{}", p.stopped), fmt::format("{:.2f}", p.peak_max),
+         p.is_bound ? "" : fmt::format("{:+.3f}", p.half_mean),
+         p.is_bound ? "" : fmt::format("{:.1f}", 100.0 * p.reached), fmt::format("{}", p.stopped),
+         p.is_bound ? "" : fmt::format("{:.2f}", p.peak_max),
          fmt::format("{:g}", p.peak_reference)});
   }
   return result;
@@ -172,7 +220,14 @@ Table pareto_table(const std::vector<ParetoPoint>& points) {
 void compare_campaigns(const std::vector<fs::path>& folders, const fs::path& out) {
   check_run_folder(out);
   std::vector<ParetoPoint> points;
-  for (const fs::path& folder : folders) points.push_back(read_pareto_point(folder));
+  std::error_code ignored;
+  for (const fs::path& folder : folders) {
+    if (fs::exists(folder / kBoundFile, ignored)) {
+      for (ParetoPoint& point : read_bounds(folder)) points.push_back(std::move(point));
+    } else {
+      points.push_back(read_pareto_point(folder));
+    }
+  }
   const Figure figure = pareto_figure(points);
   const Table rows = pareto_table(points);
   const PageHead head{.title = "Violation against held temperature",

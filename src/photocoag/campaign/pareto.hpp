@@ -12,7 +12,7 @@
 
 namespace photocoag {
 
-/// One campaign, of its summary.json.
+/// One campaign, of its summary.json; or what a batch estimate of the whole record would hold.
 struct ParetoPoint {
   std::string name;  ///< of the folder
   std::string campaign;
@@ -29,15 +29,16 @@ struct ParetoPoint {
   double peak_max = 0.0;        ///< K
   double peak_reference = 0.0;  ///< K
   double limit = 0.0;           ///< K
+  bool is_bound = false;        ///< known afterwards only: reached, half_mean, peak_max are NaN
 };
 
-/// Whether a folder is one of `photocoag campaign`.
+/// Whether a folder is one of `photocoag campaign`, with or without `--estimate`.
 bool is_campaign_folder(const std::filesystem::path& folder);
 
 /// Throws Error naming the file and key.
 ParetoPoint read_pareto_point(const std::filesystem::path& folder);
 
-/// Those that no other one beats in both, by held temperature.
+/// Those that no other one beats in both, by held temperature; bounds aside.
 std::vector<std::size_t> pareto_front(const std::vector<ParetoPoint>& points);
 
 /// Violation probability with its interval, logarithmic, over the held peak.

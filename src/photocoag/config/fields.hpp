@@ -3,6 +3,7 @@
 // keys carry the unit, the variables are SI.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -86,6 +87,13 @@ std::vector<Field> fields(Config& config);
 
 /// The keys of one layer, below `prefix` (e.g. "tissue.layers.RPE").
 std::vector<Field> layer_fields(Layer& layer, const std::string& prefix);
+
+/// Those that every layer of an array needs.
+inline constexpr std::array<const char*, 3> kRequiredLayerKeys = {"name", "thickness_um",
+                                                                  "absorption_per_m"};
+
+/// The value as it is written in TOML; empty: an optional one that is not given, or layers.
+std::string value_text(const Field& field);
 
 /// What the field accepts, in words with the unit: "a number from 0.05 to 100 ms".
 std::string accepted(const Field& field);

@@ -1,4 +1,5 @@
-// What a field accepts, in words: for messages and for the comments of the printed configuration.
+// A field's value and what it accepts, in words: for messages, the printed configuration and its
+// schema.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +8,9 @@
 #include <limits>
 #include <string>
 
+#include "photocoag/config/decimal.hpp"
 #include "photocoag/config/fields.hpp"
+#include "photocoag/config/source.hpp"
 
 namespace photocoag {
 namespace {
@@ -36,6 +39,26 @@ std::string word_list(const WordField& field, bool available_only) {
 }
 
 }  // namespace
+
+std::string value_text(const Field& field) {
+  if (const auto* n = std::get_if<NumberField>(&field.value)) {
+    return shortest_decimal(*n->value, n->unit.exponent);
+  }
+  if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) {
+    return n->value->has_value() ? shortest_decimal(**n->value, n->unit.exponent) : "";
+  }
+  if (const auto* n = std::get_if<NumbersField>(&field.value)) {
+    std::string text;
+    for (const double value : *n->values) {
+      text += (text.empty() ? "" : ", ") + shortest_decimal(value, n->unit.exponent);
+    }
+    return "[" + text + "]";
+  }
+  if (const auto* i = std::get_if<IntegerField>(&field.value)) return fmt::format("{}", i->get());
+  if (const auto* w = std::get_if<WordField>(&field.value)) return quoted(w->words.at(w->get()));
+  if (const auto* t = std::get_if<TextField>(&field.value)) return quoted(*t->value);
+  return "";
+}
 
 std::string range_text(const Field& field) {
   if (const auto* n = std::get_if<NumberField>(&field.value)) return range_words(n->range, n->unit);

@@ -17,26 +17,6 @@ constexpr std::string_view kHead =
     "# Research software, not a medical device.\n"
     "# The unit is in the name of each key; docs/configuration.md is the guide.\n";
 
-std::string value_text(const Field& field) {
-  if (const auto* n = std::get_if<NumberField>(&field.value)) {
-    return shortest_decimal(*n->value, n->unit.exponent);
-  }
-  if (const auto* n = std::get_if<OptionalNumberField>(&field.value)) {
-    return n->value->has_value() ? shortest_decimal(**n->value, n->unit.exponent) : "";
-  }
-  if (const auto* n = std::get_if<NumbersField>(&field.value)) {
-    std::string text;
-    for (const double value : *n->values) {
-      text += (text.empty() ? "" : ", ") + shortest_decimal(value, n->unit.exponent);
-    }
-    return "[" + text + "]";
-  }
-  if (const auto* i = std::get_if<IntegerField>(&field.value)) return fmt::format("{}", i->get());
-  if (const auto* w = std::get_if<WordField>(&field.value)) return quoted(w->words.at(w->get()));
-  if (const auto* t = std::get_if<TextField>(&field.value)) return quoted(*t->value);
-  return "";
-}
-
 std::string comment_text(const Field& field) {
   const std::string range = range_text(field);
   return fmt::format("{}{}{}", range, range.empty() ? "" : ": ", field.meaning);

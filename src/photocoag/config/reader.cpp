@@ -190,7 +190,7 @@ void Reader::read_layer_array(const Field& field, const Value& array) {
     const Value* name = table.find("name");
     const bool named = name != nullptr && name->kind == Value::Kind::kString;
     const std::string path = field.key + "." + (named ? shown(name->string) : "…");
-    for (const char* required : {"name", "thickness_um", "absorption_per_m"}) {
+    for (const char* required : kRequiredLayerKeys) {
       if (table.find(required) != nullptr) continue;
       throw Error({.where = table.where,
                    .key = fmt::format("{}.{}", path, required),
