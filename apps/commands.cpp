@@ -29,11 +29,11 @@
 #include "photocoag/run/boundaries.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/device_treatment.hpp"
-#include "photocoag/run/eye_process.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treat_into.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
@@ -167,17 +167,13 @@ void print_margin(const TissueMargin& margin, const Config& controlled) {
       margin.peak_protected);
 }
 
-Use use_of(Pacing pacing, const std::optional<DeviceAddress>& device) {
-  if (device) return device->eye() ? Use::kTreatEye : Use::kTreatDriver;
-  return pacing == Pacing::kClock ? Use::kTreat : Use::kSimulate;
-}
-
 int run(const RunOptions& options, Pacing pacing) {
   std::vector<std::string> overrides = options.set;
   if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
-  std::optional<DeviceAddress> device;
-  if (!options.device.empty()) device = parse_device(options.device);
-  Config config = configured(use_of(pacing, device), options.config, overrides);
+  TreatmentPlace place{.pacing = pacing, .faults = options.faults};
+  if (!options.device.empty()) place.device = parse_device(options.device);
+  const std::optional<DeviceAddress>& device = place.device;
+  Config config = configured(use_of(place), options.config, overrides);
   if (device) config = for_device(config, *device);
   if (!options.faults.empty() && !(device && device->own_process)) {
     throw Error(ErrorParts{.where = "--fault", .accepted = "together with --device eye"});
@@ -221,21 +217,9 @@ int run(const RunOptions& options, Pacing pacing) {
   std::atomic<std::size_t> done{0};
   Treatment treatment;
   {
-    std::optional<EyeProcess> eye;
-    if (device && device->own_process) {
-      std::vector<std::string> arguments;
-      for (const std::string& fault : options.faults) {
-        arguments.insert(arguments.end(), {"--fault", fault});
-      }
-      eye.emplace(folder / "config.toml", arguments);
-      device->path = eye->socket();
-    }
     const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
                               config.cycles());
-    const fs::path log = pacing == Pacing::kClock ? folder / "log" : fs::path();
-    treatment = device
-                    ? run_device_treatment(controlled, *device, models, stop_requested(), done, log)
-                    : run_treatment(controlled, models, pacing, stop_requested(), done, log);
+    treatment = treat_into(folder, controlled, place, models, stop_requested(), done);
   }
   bool complete = true;
   try {

@@ -24,7 +24,7 @@ void recover(const fs::path& folder) {
   say("report    {}\n", (folder / "report.html").string());
 }
 
-Table table_of_paths(const std::vector<std::string>& paths) {
+DataTable table_of_paths(const std::vector<std::string>& paths) {
   std::vector<fs::path> segments;
   for (const std::string& path : paths) {
     if (!fs::is_directory(path)) {
@@ -40,7 +40,7 @@ Table table_of_paths(const std::vector<std::string>& paths) {
   }
   const LogContent log = read_segments(segments);
   for (const std::string& remark : log.remarks) say("remark    {}\n", remark);
-  Table table = table_of(log);
+  DataTable table = table_of(log);
   const fs::path run = fs::path(paths.front()) / "run.csv";
   if (paths.size() == 1 && fs::exists(run)) add_truth(table, table_of_csv(run));
   return table;
@@ -63,7 +63,7 @@ int convert_command(const ConvertOptions& options) {
                            .problem = "nothing to write",
                            .accepted = "--csv, --hdf5, --mat or --recover"});
   }
-  const Table table = table_of_paths(options.paths);
+  const DataTable table = table_of_paths(options.paths);
   if (!options.csv.empty()) write_output(options.csv, csv_text(table));
   if (!options.hdf5.empty()) write_hdf5(options.hdf5, table);
   if (!options.mat.empty()) write_mat(options.mat, table);

@@ -14,6 +14,7 @@
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "session_command.hpp"
 #include "stack.hpp"
 #include "study_commands.hpp"
 
@@ -265,6 +266,7 @@ int run_command(int argc, char** argv) {
   spots_app->callback([&] { exit_code = spots_command(spots_options); });
 
   add_device_commands(app, exit_code);
+  add_session(app, exit_code);
   add_study_commands(app, exit_code);
 
   try {

@@ -34,6 +34,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "osqp"}},
     {"campaign",
      {"core", "tissue", "rom", "fom", "mpc", "loop", "config", "run", "tables", "page", "study"}},
+    {"session",
+     {"core", "config", "estimation", "rt", "run", "report", "page", "tables", "campaign"}},
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.

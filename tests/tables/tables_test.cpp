@@ -21,7 +21,7 @@ using testing::TemporaryFolder;
 
 const std::string kInvalid = "l\xE4uft";  // Latin 1
 
-Table example() {
+DataTable example() {
   return {
       .about = {{"ascii", "run"}, {"umlaut", "läuft"}, {"invalid", kInvalid}, {"empty", ""}},
       .columns = {
@@ -126,7 +126,7 @@ LogContent device_log(int schema, double truth) {
   return parse_segment(bytes, "t.seg");
 }
 
-const std::vector<double>& reals(const Table& table, std::string_view name) {
+const std::vector<double>& reals(const DataTable& table, std::string_view name) {
   for (const TableColumn& column : table.columns) {
     if (column.name == name) return std::get<std::vector<double>>(column.values);
   }
@@ -135,7 +135,7 @@ const std::vector<double>& reals(const Table& table, std::string_view name) {
 
 // Logs of schema 2 said 0 of what a device does not tell.
 TEST(Truth, WhatADeviceDoesNotTellIsNoNumber) {
-  for (const Table& table :
+  for (const DataTable& table :
        {table_of(device_log(2, 0.0)), table_of(device_log(kLogSchema, LogRecord::kNone))}) {
     EXPECT_TRUE(std::isnan(reals(table, "peak_true_K").at(0)));
     EXPECT_TRUE(std::isnan(reals(table, "volume_true_K").at(0)));
@@ -144,7 +144,7 @@ TEST(Truth, WhatADeviceDoesNotTellIsNoNumber) {
 }
 
 TEST(Truth, ComesFromTheTableOfTheSameRunWhereTheEyeHasToldIt) {
-  Table log = table_of(device_log(kLogSchema, LogRecord::kNone));
+  DataTable log = table_of(device_log(kLogSchema, LogRecord::kNone));
   const TemporaryFolder folder;
   write_file(folder.file("run.csv"), "cycle,volume_true_K,peak_true_K\n6,1,2\n7,3,4\n8,,\n");
   add_truth(log, table_of_csv(folder.file("run.csv")));

@@ -1,4 +1,4 @@
-// A table as an HDF5 file: one dataset per column in the group "cycles", texts as attributes.
+// A table as an HDF5 file: one dataset per column in a group, texts as attributes.
 #include <fmt/format.h>
 #include <hdf5.h>
 
@@ -52,11 +52,12 @@ void column(hid_t group, const TableColumn& column) {
 
 }  // namespace
 
-void write_hdf5(const std::string& file, const Table& table) {
+void write_hdf5(const std::string& file, const DataTable& table) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // our own message is enough
   try {
     const Handle out = file_in_memory();
-    const Handle group(H5Gcreate2(out, "cycles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    const Handle group(
+        H5Gcreate2(out, table.rows_are.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     for (const TableColumn& one : table.columns) column(group, one);
     for (const auto& [key, text] : table.about) text_attribute(out, key, text);
     write_file(file, image_of(out));

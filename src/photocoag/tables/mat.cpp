@@ -66,7 +66,7 @@ Variable structure(const char* name, const std::vector<const char*>& fields) {
 
 }  // namespace
 
-void write_mat(const std::string& file, const Table& table) {
+void write_mat(const std::string& file, const DataTable& table) {
   std::vector<const char*> names;
   for (const TableColumn& one : table.columns) names.push_back(one.name.c_str());
   std::vector<const char*> about_names;

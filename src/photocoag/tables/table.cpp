@@ -61,8 +61,8 @@ TableColumn column_of(const CycleField& field, const std::vector<LogRecord>& rec
 
 }  // namespace
 
-Table table_of(const LogContent& log) {
-  Table table;
+DataTable table_of(const LogContent& log) {
+  DataTable table;
   table.about = {{"notice", std::string(kResearchNotice)},
                  {"program", log.header.program},
                  {"config_sha256", log.header.config_sha256},
@@ -76,7 +76,7 @@ Table table_of(const LogContent& log) {
   return table;
 }
 
-Table table_of_csv(const std::filesystem::path& file) {
+DataTable table_of_csv(const std::filesystem::path& file) {
   CsvReader rows(read_file(file.string(), kLargestRun, "run.csv"), file.string());
   rows.next();
   const std::vector<std::string> names(rows.cells().begin(), rows.cells().end());
@@ -90,7 +90,7 @@ Table table_of_csv(const std::filesystem::path& file) {
     }
     for (std::size_t k = 0; k < cells.size(); ++k) columns[k].emplace_back(cells[k]);
   }
-  Table table;
+  DataTable table;
   table.about = {{"notice", std::string(kResearchNotice)}, {"source", file.string()}};
   for (std::size_t k = 0; k < names.size(); ++k) {
     std::vector<double> numbers(columns[k].size());
@@ -109,7 +109,7 @@ Table table_of_csv(const std::filesystem::path& file) {
   return table;
 }
 
-void add_truth(Table& log, const Table& run) {
+void add_truth(DataTable& log, const DataTable& run) {
   const auto find = [](auto& table, std::string_view name) {
     const auto found = std::find_if(table.columns.begin(), table.columns.end(),
                                     [name](const auto& column) { return column.name == name; });
@@ -139,7 +139,7 @@ void add_truth(Table& log, const Table& run) {
   }
 }
 
-std::string csv_text(const Table& table) {
+std::string csv_text(const DataTable& table) {
   std::string text;
   auto out = std::back_inserter(text);
   for (std::size_t k = 0; k < table.columns.size(); ++k) {

@@ -22,26 +22,27 @@ struct TableColumn {
   }
 };
 
-struct Table {
+struct DataTable {
   std::vector<std::pair<std::string, std::string>> about;  ///< name, text
   std::vector<TableColumn> columns;                        ///< all of one length
+  std::string rows_are = "cycles";                         ///< name of the HDF5 group
   std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
 };
 
 /// Every field of the log, one row per cycle; enumerations as their words.
-Table table_of(const LogContent& log);
+DataTable table_of(const LogContent& log);
 
 /// run.csv of a run folder that has no log. Throws Error.
-Table table_of_csv(const std::filesystem::path& file);
+DataTable table_of_csv(const std::filesystem::path& file);
 
 /// True temperatures that a log does not have, from the run.csv of the same run: the eye tells them
 /// at the end of a treatment.
-void add_truth(Table& log, const Table& run);
+void add_truth(DataTable& log, const DataTable& run);
 
 /// A number that does not exist is an empty cell in CSV, NaN elsewhere; a missing duration
 /// INT64_MIN. Files are replaced as a whole. Throw Error.
-std::string csv_text(const Table& table);
-void write_hdf5(const std::string& file, const Table& table);
-void write_mat(const std::string& file, const Table& table);
+std::string csv_text(const DataTable& table);
+void write_hdf5(const std::string& file, const DataTable& table);
+void write_mat(const std::string& file, const DataTable& table);
 
 }  // namespace photocoag

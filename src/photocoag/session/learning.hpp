@@ -1,0 +1,19 @@
+// Role: offline; what earlier spots of an eye say about the next one's absorption. Used by session.
+// Source: derived here; docs/sessions.md ("What earlier spots teach"). Units: alpha is a factor.
+#pragma once
+
+#include <vector>
+
+#include "photocoag/estimation/settings.hpp"
+#include "photocoag/session/attempt_outcome.hpp"
+
+namespace photocoag {
+
+/// `configured` with mean and standard deviation of alpha before the first sample as the spots of
+/// `earlier` that went to their end suggest; the configured prior weighs as much as one spot. The
+/// deviation is that of the next spot, not of the mean, and at least `floor`; the mean stays inside
+/// the estimator's bounds. No such spot: `configured`.
+EstimatorSettings learnt(EstimatorSettings configured, const std::vector<AttemptOutcome>& earlier,
+                         double floor);
+
+}  // namespace photocoag

@@ -1,0 +1,141 @@
+#include "photocoag/session/learning_study.hpp"
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "photocoag/campaign/statistics.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/parallel.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/session/learning.hpp"
+
+namespace photocoag {
+namespace {
+
+struct Measure {
+  const char* name;
+  const char* unit;
+};
+constexpr std::array<Measure, 7> kMeasures = {{
+    {"time to 95 %", "ms"},
+    {"spots at 95 % within 3 ms", "%"},
+    {"spots that never get to 95 %", "%"},
+    {"estimated minus true peak, rms, first 5 ms", "K"},
+    {"highest true peak minus reference", "K"},
+    {"spots over the limit", "%"},
+    {"held peak minus reference, second half", "K"},
+}};
+constexpr std::size_t kRoot = 3;  // the measure that is a root of a mean of squares
+using Means = std::array<double, kMeasures.size()>;
+
+constexpr double kEarly = 0.0055;  // s: 5 ms with rounding
+constexpr double kSoon = 3.5;      // ms
+
+// Sums over the spots of a session.
+struct Sums {
+  Means sum{};
+  Means count{};
+
+  void add(std::size_t measure, double value) {
+    if (!std::isfinite(value)) return;
+    sum[measure] += value;
+    count[measure] += 1.0;
+  }
+  Means means() const {
+    Means all{};
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] = sum[k] / count[k];
+    all[kRoot] = std::sqrt(all[kRoot]);
+    return all;
+  }
+};
+
+void measure(const Config& config, const Treatment& treatment, const AttemptOutcome& outcome,
+             Sums& sums) {
+  sums.add(0, outcome.time_to_95_ms);
+  sums.add(1, outcome.time_to_95_ms <= kSoon ? 100.0 : 0.0);
+  sums.add(2, std::isnan(outcome.time_to_95_ms) ? 100.0 : 0.0);
+  for (const CycleRecord& record : treatment.records) {
+    if (record.time > kEarly) break;
+    const double error = record.estimate.outputs.peak - record.truth.peak;
+    sums.add(kRoot, error * error);
+  }
+  sums.add(4, outcome.peak_true_max_K - config.control.peak_reference);
+  sums.add(5, outcome.ending == SpotEnding::kOverLimit ? 100.0 : 0.0);
+  sums.add(6, outcome.held_error_K);
+}
+
+/// What all sessions share.
+struct Shared {
+  const ReducedModel& controller;
+  std::shared_ptr<const FullOrderModel> full;  // null: the eye is reduced
+  const ReducedModel* reduced;
+};
+
+Means session_means(const Session& session, const std::vector<Config>& configs,
+                    const Shared& shared, bool learn) {
+  std::vector<AttemptOutcome> earlier;
+  Sums sums;
+  for (std::size_t k = 0; k < configs.size(); ++k) {
+    Config config = configs[k];
+    if (learn) config.estimator = learnt(config.estimator, earlier, session.learn_floor);
+    EyeModel eye{.full = shared.full, .reduced = shared.reduced};
+    if (shared.full && !(shared.full->tissue() == config.plant.tissue)) {
+      eye.full = std::make_shared<const FullOrderModel>(*shared.full, config.plant.tissue);
+    }
+    EyeDeviation as_configured;
+    as_configured.self_test = false;
+    const Treatment treatment = simulate_eye(config, shared.controller, eye, as_configured);
+    earlier.push_back(outcome_of(config, treatment));
+    if (k > 0) measure(config, treatment, earlier.back(), sums);
+  }
+  return sums.means();
+}
+
+}  // namespace
+
+LearningStudy learning_study(const Session& session, std::size_t count, bool use_cache) {
+  if (session.spots.size() < 2 || session.place.device) {
+    throw Error(ErrorParts{.where = session.file,
+                           .problem = "there is nothing to learn from",
+                           .accepted = "--study of two spots or more on simulated eyes"});
+  }
+  const Config& first = session.configs.front();
+  ModelStore store(first, use_cache);
+  std::unique_ptr<ReducedModel> reduced_eye;
+  Shared shared{.controller = store.reduced(), .full = nullptr, .reduced = nullptr};
+  if (first.plant.model == PlantModel::kFull) {
+    shared.full = store.plant_full();
+  } else {
+    reduced_eye = std::make_unique<ReducedModel>(store.plant_reduced());
+    shared.reduced = reduced_eye.get();
+  }
+  std::vector<std::array<Means, 2>> all(count);
+  for_each_in_parallel(count, [&](std::size_t k) {
+    const std::vector<Config> configs = session_configs(session, session.seed + k);
+    for (const bool learn : {false, true}) {
+      all[k][learn ? 1 : 0] = session_means(session, configs, shared, learn);
+    }
+  });
+  LearningStudy study{.sessions = count, .spots = session.spots.size(), .rows = {}};
+  for (std::size_t m = 0; m < kMeasures.size(); ++m) {
+    std::vector<double> without, with, difference;
+    for (const auto& [plain, learning] : all) {
+      if (!std::isfinite(plain[m]) || !std::isfinite(learning[m])) continue;  // no spot had a value
+      without.push_back(plain[m]);
+      with.push_back(learning[m]);
+      difference.push_back(learning[m] - plain[m]);
+    }
+    const auto [mean, deviation] = mean_and_deviation(difference);
+    const auto pairs = static_cast<double>(difference.size());
+    study.rows.push_back({.measure = kMeasures[m].name,
+                          .unit = kMeasures[m].unit,
+                          .without = mean_and_deviation(without).first,
+                          .with = mean_and_deviation(with).first,
+                          .difference = mean,
+                          .difference_error = deviation / std::sqrt(pairs)});
+  }
+  return study;
+}
+
+}  // namespace photocoag

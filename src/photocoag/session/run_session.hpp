@@ -1,0 +1,65 @@
+// Role: the program; treats the spots of a session one after the other, each by the pipeline of
+// `treat` in a run folder of its own, and continues one that was interrupted. Used by
+// `photocoag session`, tests. Source: docs/sessions.md. Real-time promise: treat's, while a spot is
+// treated. Threads: one owner.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "photocoag/session/session_file.hpp"
+#include "photocoag/session/session_journal.hpp"
+
+namespace photocoag {
+
+/// What an operator is asked before and after a spot. Empty functions: the session runs on.
+struct SessionOperator {
+  enum class Before { kTreat, kSkip, kEnd };
+  enum class After { kAccept, kRepeat, kEnd };
+  std::function<Before(const SpotPlan&)> before;
+  std::function<After(const AttemptOutcome&)> after;
+  /// A spot begins (attempt 1, 2, …).
+  std::function<void(const SpotPlan&, const Config&, int attempt)> begins;
+  /// A spot is over, with or without the operator.
+  std::function<void(const AttemptOutcome&)> over;
+};
+
+struct SessionOptions {
+  std::filesystem::path out;        ///< new, empty, or the folder of this session
+  std::vector<std::string> repeat;  ///< spots that are treated again, whatever became of them
+  bool use_cache = true;
+  SessionOperator ask;
+};
+
+/// Why there is no next spot.
+enum class SessionEnd {
+  kComplete,     ///< every spot has been treated or skipped, or waits for --repeat
+  kInterrupted,  ///< Ctrl-C
+  kOperator,     ///< the operator has ended it
+  kStopped,      ///< the supervisor has stopped a spot
+  kDeviceFault,
+  kLimit,   ///< the next spot might exceed a limit of the session
+  kFailed,  ///< a spot's files could not be written, or it could not begin
+};
+
+struct SessionResult {
+  std::vector<SpotHistory> spots;        ///< by number
+  std::vector<AttemptOutcome> attempts;  ///< in their order
+  SessionEnd end = SessionEnd::kComplete;
+  std::string why;         ///< in words, where it is not complete
+  bool continued = false;  ///< there was a journal
+  double energy = 0.0;     ///< J
+};
+
+/// `stop`: ends the running spot at 0 W, and the session. `progress` counts the running spot's
+/// cycles. Throws Error before the first spot only.
+SessionResult run_session(const Session& session, const SessionOptions& options,
+                          const std::atomic<bool>& stop, std::atomic<std::size_t>& progress);
+
+}  // namespace photocoag

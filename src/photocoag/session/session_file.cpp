@@ -1,0 +1,376 @@
+#include "photocoag/session/session_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "photocoag/campaign/campaign_file.hpp"
+#include "photocoag/config/source.hpp"
+#include "photocoag/config/usage.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/core/sha256.hpp"
+#include "photocoag/run/device_config.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr std::size_t kMostSpots = 1000;
+constexpr PriorTables kShared{"shared", "shared_correlation", false};
+constexpr PriorTables kVaried{"varied", "varied_correlation", false};
+
+[[noreturn]] void refuse(const Value& value, const std::string& key, std::string accepted) {
+  throw Error(ErrorParts{
+      .where = value.where, .key = key, .found = value.text, .accepted = std::move(accepted)});
+}
+
+/// A table of the file, its keys read by name.
+class TableReader {
+ public:
+  TableReader(const Value& table, std::string name, std::initializer_list<std::string_view> keys)
+      : table_(table), name_(std::move(name)) {
+    if (table.kind != Value::Kind::kTable) refuse(table, name_, "a table");
+    for (const Entry& entry : table.entries) {
+      if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
+      throw Error(ErrorParts{.where = entry.value.where,
+                             .key = full(entry.key),
+                             .problem = "unknown key",
+                             .accepted = fmt::format("{}", fmt::join(keys, ", "))});
+    }
+  }
+
+  const Value* find(std::string_view key) const { return table_.find(key); }
+  std::string text(std::string_view key, std::string otherwise = {}) const {
+    const Value* value = find(key);
+    if (value == nullptr) return otherwise;
+    if (value->kind != Value::Kind::kString) refuse(*value, full(key), "a string");
+    return value->string;
+  }
+  bool flag(std::string_view key, bool otherwise) const {
+    const Value* value = find(key);
+    if (value == nullptr) return otherwise;
+    if (value->kind != Value::Kind::kBoolean) refuse(*value, full(key), "true or false");
+    return value->text == "true";
+  }
+  bool choice(std::string_view key, std::string_view no, std::string_view yes,
+              bool otherwise) const {
+    const std::string word = text(key, std::string(otherwise ? yes : no));
+    if (word != no && word != yes) {
+      refuse(*find(key), full(key), fmt::format("\"{}\" or \"{}\"", no, yes));
+    }
+    return word == yes;
+  }
+  std::optional<double> number(std::string_view key, double low, double high) const {
+    const Value* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    const bool whole = value->kind == Value::Kind::kInteger;
+    const double number = whole ? static_cast<double>(value->integer) : value->number;
+    if ((!whole && value->kind != Value::Kind::kFloat) || !(number >= low && number <= high)) {
+      refuse(*value, full(key), fmt::format("a number from {:g} to {:g}", low, high));
+    }
+    return number;
+  }
+  std::optional<std::uint64_t> count(std::string_view key, std::int64_t low,
+                                     std::int64_t high) const {
+    const Value* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (value->kind != Value::Kind::kInteger || value->integer < low || value->integer > high) {
+      refuse(*value, full(key), fmt::format("a whole number from {} to {}", low, high));
+    }
+    return static_cast<std::uint64_t>(value->integer);
+  }
+  std::vector<std::string> texts(std::string_view key) const {
+    std::vector<std::string> list;
+    const Value* value = find(key);
+    if (value == nullptr) return list;
+    if (value->kind != Value::Kind::kArray) refuse(*value, full(key), "an array of strings");
+    for (const Entry& entry : value->entries) {
+      if (entry.value.kind != Value::Kind::kString) refuse(entry.value, full(key), "a string");
+      list.push_back(entry.value.string);
+    }
+    return list;
+  }
+  /// Throws Error: the key is missing.
+  const Value& need(std::string_view key) const {
+    if (const Value* value = find(key)) return *value;
+    throw Error(
+        ErrorParts{.where = table_.where, .key = full(key), .problem = "the key is missing"});
+  }
+  std::string full(std::string_view key) const {
+    return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+  }
+
+ private:
+  const Value& table_;
+  std::string name_;
+};
+
+// What reference, duration and goal of a spot amount to.
+std::vector<std::string> goal_of(const TableReader& spot) {
+  std::vector<std::string> set;
+  const auto add = [&](std::string_view key, std::string_view target) {
+    if (const Value* value = spot.find(key)) {
+      spot.number(key, 0.0, 1e6);
+      set.push_back(fmt::format("{}={}", target, value->text));
+    }
+  };
+  add("reference_K", "control.peak_reference_K");
+  add("duration_ms", "run.duration_ms");
+  if (spot.find("hold_ms") != nullptr && spot.find("dose") != nullptr) {
+    refuse(*spot.find("dose"), spot.full("dose"), "no dose beside hold_ms");
+  }
+  if (spot.find("hold_ms") != nullptr) set.emplace_back("run.goal=hold");
+  if (spot.find("dose") != nullptr) set.emplace_back("run.goal=dose");
+  add("hold_ms", "run.hold_ms");
+  add("dose", "run.dose");
+  return set;
+}
+
+constexpr double kFarthest_um = 1e5;
+
+void add_grid(const Value& table, std::vector<SpotPlan>& spots) {
+  const TableReader grid(
+      table, "grid",
+      {"rows", "columns", "spacing_um", "reference_K", "duration_ms", "hold_ms", "dose"});
+  for (const char* key : {"rows", "columns", "spacing_um"}) grid.need(key);
+  const std::uint64_t rows = *grid.count("rows", 1, 26);
+  const std::uint64_t columns = *grid.count("columns", 1, 99);
+  const double spacing = *grid.number("spacing_um", 1.0, kFarthest_um) * 1e-6;
+  const std::vector<std::string> set = goal_of(grid);
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    for (std::uint64_t column = 0; column < columns; ++column) {
+      spots.push_back(
+          {.name = fmt::format("{}{}", static_cast<char>('A' + row), column + 1),
+           .x = spacing * (static_cast<double>(column) - 0.5 * static_cast<double>(columns - 1)),
+           .y = spacing * (0.5 * static_cast<double>(rows - 1) - static_cast<double>(row)),
+           .set = set});
+    }
+  }
+}
+
+void add_spot(const Value& table, std::vector<SpotPlan>& spots) {
+  const TableReader spot(
+      table, "spot",
+      {"name", "x_um", "y_um", "reference_K", "duration_ms", "hold_ms", "dose", "set"});
+  const Value& name = spot.need("name");
+  constexpr std::string_view kAllowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+  const std::string text = spot.text("name");
+  if (text.empty() || text.size() > 40 || text.find_first_not_of(kAllowed) != std::string::npos) {
+    refuse(name, "spot.name", "1 to 40 letters, digits, - and _");
+  }
+  SpotPlan plan{.name = text,
+                .x = spot.number("x_um", -kFarthest_um, kFarthest_um).value_or(0.0) * 1e-6,
+                .y = spot.number("y_um", -kFarthest_um, kFarthest_um).value_or(0.0) * 1e-6,
+                .set = goal_of(spot)};
+  for (std::string& one : spot.texts("set")) plan.set.push_back(std::move(one));
+  if (std::any_of(spots.begin(), spots.end(),
+                  [&](const SpotPlan& other) { return other.name == text; })) {
+    refuse(name, "spot.name", "a name that no other spot has");
+  }
+  spots.push_back(std::move(plan));
+}
+
+// Draws quantities of the eye as a campaign does.
+class EyeDraw {
+ public:
+  EyeDraw(const Prior& prior, const PriorTables& tables, const Config& config, std::uint64_t seed) {
+    campaign_.seed = seed;
+    campaign_.config = config;
+    campaign_.inputs = prior.quantities;
+    campaign_.correlation_root = *cholesky(correlation_matrix(prior, tables));
+    for (const RandomQuantity& q : prior.quantities) {
+      Config copy = config;
+      if (eye_number(copy, q.key)) continue;
+      throw Error(ErrorParts{.key = fmt::format("{}.key", tables.quantities),
+                             .found = q.key,
+                             .accepted = "a number of the eye, e.g. plant.absorption_factor, "
+                                         "plant.tissue.transmission, plant.sample_gain"});
+    }
+  }
+  void set(std::uint64_t which, Config& config) const {
+    if (campaign_.inputs.empty()) return;
+    InputSetter(campaign_, config).set(draw_inputs(campaign_, which));
+    config.plant.tissue_differs = !(config.plant.tissue == config.tissue);
+  }
+
+ private:
+  Campaign campaign_;
+};
+
+constexpr std::uint64_t kSharedSeed = 0x5e55105eed0000ULL;  // apart from the spots' draws
+
+std::vector<Config> drawn(const Session& session, std::vector<Config> configs, std::uint64_t seed) {
+  if (configs.empty()) return configs;
+  const EyeDraw shared(session.shared, kShared, configs.front(), seed ^ kSharedSeed);
+  const EyeDraw varied(session.varied, kVaried, configs.front(), seed);
+  for (std::size_t k = 0; k < configs.size(); ++k) {
+    shared.set(0, configs[k]);
+    varied.set(k, configs[k]);
+    configs[k].run.seed = seed * kMostSpots + k;
+    configs[k].validate();
+  }
+  return configs;
+}
+
+void require_learnable(const Session& session) {
+  for (const Config& config : session.configs) {
+    const bool posterior = config.believes();
+    if (!posterior && !wants_margin(config)) continue;
+    throw Error(ErrorParts{
+        .where = session.file,
+        .key = "session.learn",
+        .problem = posterior ? "what is believed comes from [[prior]]"
+                             : "the margin is searched for the configured prior",
+        .found = "true",
+        .accepted = "estimator.kind \"ekf\" or \"mhe\" without a margin, or learn = false"});
+  }
+}
+
+std::vector<Config> read_configs(Session& session) {
+  std::vector<Config> configs;
+  const Use use = use_of(session.place);
+  for (const SpotPlan& spot : session.spots) {
+    std::vector<std::string> set = session.set;
+    set.insert(set.end(), spot.set.begin(), spot.set.end());
+    std::vector<UnusedKey> unused;
+    try {
+      Config config = load_config(session.config_file, set, use, unused);
+      if (session.place.device) config = for_device(std::move(config), *session.place.device);
+      configs.push_back(std::move(config));
+    } catch (const Error& error) {
+      throw Error(ErrorParts{
+          .where = fmt::format("{}: spot {}: {}", session.file, spot.name, error.parts().where),
+          .key = error.parts().key,
+          .problem = error.parts().problem,
+          .found = error.parts().found,
+          .accepted = error.parts().accepted});
+    }
+    for (const UnusedKey& one : unused) {
+      if (std::find(session.remarks.begin(), session.remarks.end(), one.key) ==
+          session.remarks.end()) {
+        session.remarks.push_back(one.key);
+      }
+    }
+  }
+  return configs;
+}
+
+void read_session_table(const Value* table, Session& session) {
+  const Value none;
+  const TableReader keys(table != nullptr ? *table : none, "session",
+                         {"title", "config", "set", "device", "pacing", "pause_ms", "seed", "learn",
+                          "learn_floor", "after_stop"});
+  session.title = keys.text("title", std::filesystem::path(session.file).stem().string());
+  if (const std::string config = keys.text("config"); !config.empty()) {
+    session.config_file =
+        (std::filesystem::path(session.file).parent_path() / config).lexically_normal().string();
+  }
+  session.set = keys.texts("set");
+  session.device = keys.text("device");
+  if (!session.device.empty()) session.place.device = parse_device(session.device);
+  if (keys.choice("pacing", "clock", "virtual", false)) session.place.pacing = Pacing::kVirtualTime;
+  if (session.place.pacing == Pacing::kVirtualTime && session.place.device) {
+    refuse(keys.need("pacing"), "session.pacing", "\"clock\" on a device");
+  }
+  session.pause = keys.number("pause_ms", 0.0, 3.6e6).value_or(0.0) * 1e-3;
+  session.seed = keys.count("seed", 0, 1'000'000'000'000).value_or(1);
+  session.learn = keys.flag("learn", false);
+  session.learn_floor = keys.number("learn_floor", 0.005, 2.0).value_or(session.learn_floor);
+  session.ends_with_a_stop = !keys.choice("after_stop", "end", "continue", false);
+}
+
+void read_limits(const Value* table, SessionLimits& limits) {
+  if (table == nullptr) return;
+  const TableReader keys(*table, "limits", {"energy_mJ", "spots", "time_s"});
+  if (const auto energy = keys.number("energy_mJ", 0.001, 1e6)) limits.energy = *energy * 1e-3;
+  if (const auto time = keys.number("time_s", 0.001, 1e6)) limits.time = *time;
+  if (const auto spots = keys.count("spots", 1, 1'000'000)) limits.spots = *spots;
+}
+
+void read_all(const Value& root, Session& session) {
+  const TableReader keys(root, "",
+                         {"session", "limits", "grid", "spot", "shared", "shared_correlation",
+                          "varied", "varied_correlation"});
+  read_session_table(keys.find("session"), session);
+  read_limits(keys.find("limits"), session.limits);
+  if (const Value* grid = keys.find("grid")) add_grid(*grid, session.spots);
+  if (const Value* list = keys.find("spot")) {
+    if (list->kind != Value::Kind::kArray) refuse(*list, "spot", "[[spot]] tables");
+    for (const Entry& entry : list->entries) add_spot(entry.value, session.spots);
+  }
+  if (session.spots.empty() || session.spots.size() > kMostSpots) {
+    throw Error(ErrorParts{.where = session.file,
+                           .key = "spot",
+                           .found = fmt::format("{} spots", session.spots.size()),
+                           .accepted = fmt::format("1 to {}, as [grid] or [[spot]]", kMostSpots)});
+  }
+  session.shared = read_prior(root, kShared);
+  session.varied = read_prior(root, kVaried);
+  const auto& device = session.place.device;
+  if (device && !device->own_process &&
+      !(session.shared.quantities.empty() && session.varied.quantities.empty())) {
+    throw Error(ErrorParts{.where = session.file,
+                           .key = "varied",
+                           .problem = "the device has an eye of its own",
+                           .found = session.device,
+                           .accepted = "[[shared]] and [[varied]] with a simulated eye that the "
+                                       "session starts"});
+  }
+}
+
+}  // namespace
+
+std::string Session::identity() const {
+  std::string all = text + device + std::string(source_hash());
+  for (const Config& config : configs) all += to_toml(config);
+  return sha256_hex(all);
+}
+
+std::size_t Session::find(const std::string& name, const std::string& option) const {
+  for (std::size_t k = 0; k < spots.size(); ++k) {
+    if (spots[k].name == name) return k;
+  }
+  throw Error(
+      ErrorParts{.where = option,
+                 .problem = "there is no such spot",
+                 .found = name,
+                 .accepted = fmt::format("one of {} … {}", spots.front().name, spots.back().name)});
+}
+
+Session load_session(const std::string& file) {
+  const Value root = read_toml_file(file);
+  Session session;
+  session.file = file;
+  session.text = read_file(file, 1'000'000);
+  read_all(root, session);
+  session.configs = read_configs(session);
+  try {
+    session.configs = drawn(session, std::move(session.configs), session.seed);
+  } catch (const Error& error) {
+    throw error.at(file);
+  }
+  if (session.learn) require_learnable(session);
+  return session;
+}
+
+std::vector<Config> session_configs(const Session& session, std::uint64_t seed) {
+  return drawn(session, session.configs, seed);
+}
+
+double worst_energy(const Config& config) noexcept {
+  const double longest = static_cast<double>(config.cycles() + 1) * config.control.period;
+  const double most = config.control.power_max * longest;
+  return config.safety.supervised ? std::min(most, config.safety.energy_max) : most;
+}
+
+}  // namespace photocoag
