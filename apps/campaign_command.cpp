@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "console.hpp"
+#include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/results_file.hpp"
@@ -31,6 +33,18 @@ namespace fs = std::filesystem;
 
 constexpr int kExitBadInput = 2;
 
+nlohmann::ordered_json replay_object(const Campaign& campaign, const SpotRecord& record) {
+  nlohmann::ordered_json object = {{"spot", record.spot}, {"seed", record.noise_seed}};
+  for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {
+    object["inputs"][campaign.inputs[i].key] = record.inputs[i];
+  }
+  for (std::size_t i = 0; i < outcome_columns().size(); ++i) {
+    // NaN, which has no value, becomes null.
+    object["outcomes"][std::string(outcome_columns()[i].name)] = record.outcomes[i];
+  }
+  return object;
+}
+
 int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
   if (*options.replay >= campaign.spots) {
     throw Error(ErrorParts{.where = "--replay",
@@ -46,6 +60,7 @@ int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
   const fs::path& folder = claimed.path();
   write_run(folder, runner.config(), runner.treatment());
   write_report(folder);
+  if (options.json) return with_json(true, "campaign", 0, folder, replay_object(campaign, record));
   for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {
     print("{} = {}\n", campaign.inputs[i].key, record.inputs[i]);
   }
@@ -120,9 +135,9 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
       (request.out / "summary.json").string(), (request.out / "index.html").string());
   if (!result.complete) {
     say("STOPPED   the same command continues where this one stopped\n");
-    return 1;
   }
-  return 0;
+  return with_json(options.json, "campaign", result.complete ? 0 : 1, request.out,
+                   summary_object(campaign_json(campaign, result.spots)));
 }
 
 }  // namespace
@@ -164,6 +179,7 @@ void add_campaign(CLI::App& app, int& exit_code) {
       ->check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
       ->excludes("--replay")
       ->type_name("N");
+  add_json(*command, options->json)->excludes("--estimate");
   command->add_flag("--no-cache", options->no_cache, "make the reduced model anew");
   command->footer(fmt::format(
       "Examples:\n"

@@ -9,10 +9,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "configured.hpp"
 #include "console.hpp"
+#include "json_object.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/config/schema.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -231,8 +233,13 @@ int run(const RunOptions& options, Pacing pacing) {
     say("photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
-  if (device && is_device_fault(treatment.outcome.safety.reason)) return kExitDeviceFault;
-  return treatment.outcome.stopped || !complete || !treatment.log.trouble.empty() ? 1 : 0;
+  const bool good = !treatment.outcome.stopped && complete && treatment.log.trouble.empty();
+  const bool fault = device && is_device_fault(treatment.outcome.safety.reason);
+  return with_json(options.json, pacing == Pacing::kClock ? "treat" : "simulate",
+                   fault  ? kExitDeviceFault
+                   : good ? 0
+                          : 1,
+                   folder, summary_object(summary_json(config, treatment)));
 }
 
 }  // namespace
@@ -290,6 +297,10 @@ int reduce_command(const ReduceOptions& options) {
                            .problem = "missing",
                            .accepted = "a model file to write, or - for standard output"});
   }
+  if (options.json && options.out == "-") {
+    throw Error(ErrorParts{
+        .where = "--out", .found = "-", .accepted = "a file: --json has standard output"});
+  }
   std::vector<std::string> overrides = options.set;
   if (!options.method.empty()) overrides.push_back("model.method=" + options.method);
   if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
@@ -318,7 +329,7 @@ int reduce_command(const ReduceOptions& options) {
         100.0 * u.volume_error_rms, 100.0 * u.volume_error_max);
   }
   if (options.out != "-") say("written   {}\n", options.out);
-  return 0;
+  return with_json(options.json, "reduce", 0, {}, reduction_object(model, *full, options.out));
 }
 
 int boundaries(const CommonOptions& options) {

@@ -27,6 +27,7 @@ struct RunOptions : CommonOptions {
   std::string seed;                 ///< as given; empty: from the configuration
   std::string device;               ///< of `treat`: empty, or see run/device_address.hpp
   std::vector<std::string> faults;  ///< of an eye that `treat` starts itself
+  bool json = false;                ///< the outcome as JSON on standard output
 };
 
 struct ResponseOptions : CommonOptions {
@@ -42,6 +43,7 @@ struct ReduceOptions : CommonOptions {
   bool compare = false;
   std::string method;
   std::string order;
+  bool json = false;  ///< sizes and errors as JSON on standard output
 };
 
 struct ExportOptions : CommonOptions {

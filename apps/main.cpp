@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "console.hpp"
 #include "device_commands.hpp"
+#include "json_object.hpp"
 #include "machine_commands.hpp"
 #include "model_commands.hpp"
 #include "options.hpp"
@@ -35,6 +36,7 @@ void add_run(CLI::App& command, RunOptions& options) {
       .add_option("--seed", options.seed, "seed of the measurement noise, same as --set run.seed=N")
       ->check(given())
       ->type_name("N");
+  add_json(command, options.json);
 }
 
 /// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs

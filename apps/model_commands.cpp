@@ -5,6 +5,7 @@
 #include <string>
 
 #include "commands.hpp"
+#include "json_object.hpp"
 #include "options.hpp"
 
 namespace photocoag {
@@ -59,8 +60,10 @@ void add_model_commands(CLI::App& app, int& exit_code) {
           "model file to write; - is standard output. With --compare: a folder for CSV and "
           "figure, or a .csv file; may be left out")
       ->type_name("FILE");
-  reduce_app->add_flag("--compare", reduce_options->compare,
-                       "no model: the error of every method against the order");
+  CLI::Option* compare =
+      reduce_app->add_flag("--compare", reduce_options->compare,
+                           "no model: the error of every method against the order");
+  add_json(*reduce_app, reduce_options->json)->excludes(compare);
   reduce_app
       ->add_option("--method", reduce_options->method,
                    "same as --set model.method=M: pod-deim, balanced, balanced-two-sided, "

@@ -4,12 +4,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "console.hpp"
+#include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -141,11 +144,14 @@ int session_command(const SessionCommandOptions& options) {
   if (!result.why.empty()) say("ENDED     {}\n", result.why);
   say("report    {}\n", (request.out / "index.html").string());
   constexpr int kDeviceFault = 3;
-  if (result.end == SessionEnd::kDeviceFault) return kDeviceFault;
   const bool clean = std::all_of(result.spots.begin(), result.spots.end(), [](const auto& spot) {
     return went_to_its_end(spot.ending()) || spot.ending() == SpotEnding::kSkipped;
   });
-  return result.end == SessionEnd::kComplete && clean ? 0 : 1;
+  const int code = result.end == SessionEnd::kDeviceFault         ? kDeviceFault
+                   : result.end == SessionEnd::kComplete && clean ? 0
+                                                                  : 1;
+  return with_json(options.json, "session", code, request.out,
+                   summary_object(session_summary_json(session, result)));
 }
 
 void add_session(CLI::App& app, int& exit_code) {
@@ -169,6 +175,7 @@ void add_session(CLI::App& app, int& exit_code) {
                    "no session: so many simulated ones, with and without session.learn")
       ->check(whole_number_from(2, 100000))
       ->type_name("N");
+  add_json(*command, options->json)->excludes("--study");
   command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
   command->footer(
       footer("  photocoag session studies/sessions/grid.toml --out runs/grid\n"

@@ -16,6 +16,7 @@ struct SessionCommandOptions {
   std::string out;                  ///< session folder
   std::vector<std::string> repeat;  ///< spots to treat again
   bool ask = false;
+  bool json = false;      ///< the outcome as JSON on standard output
   std::size_t study = 0;  ///< instead: so many simulated sessions with and without learning
   bool no_cache = false;
 };

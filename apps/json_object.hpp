@@ -1,0 +1,34 @@
+// Role: the program; --json: what a command came to, as one JSON object on standard output.
+// Format: docs/run-folder.md ("For other programs"). Units: in the names.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace photocoag {
+
+class FullOrderModel;
+struct ReducedModel;
+
+/// Adds --json.
+CLI::Option* add_json(CLI::App& command, bool& wanted);
+
+/// Prints {"command", "exit_code", "folder" unless empty, then `more`} if `wanted`; returns the
+/// exit code.
+int with_json(bool wanted, const std::string& command, int exit_code,
+              const std::filesystem::path& folder, const nlohmann::ordered_json& more);
+
+/// {"summary": the text as JSON}.
+nlohmann::ordered_json summary_object(const std::string& text);
+
+/// What `reduce` made: sizes, measured errors, what is proved.
+nlohmann::ordered_json reduction_object(const ReducedModel& model, const FullOrderModel& full,
+                                        const std::string& file);
+
+}  // namespace photocoag
