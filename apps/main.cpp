@@ -8,6 +8,7 @@
 
 #include "commands.hpp"
 #include "console.hpp"
+#include "console_command.hpp"
 #include "device_commands.hpp"
 #include "json_object.hpp"
 #include "machine_commands.hpp"
@@ -270,6 +271,7 @@ int run_command(int argc, char** argv) {
   add_device_commands(app, exit_code);
   add_session(app, exit_code);
   add_study_commands(app, exit_code);
+  add_console_command(app, exit_code);
 
   try {
     app.parse(argc, argv);

@@ -51,6 +51,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"log", {"core", "loop", "rt"}},
     {"machine", {"core", "rt"}},
     {"tables", {"core", "config", "loop", "log", "run"}},
+    {"console", {"core", "rom", "safety", "rt", "log", "config", "run", "machine"}},
     {"page", {"core"}},
     {"report", {"core", "page"}},
     // The injector shares the device interface with the supervisor, nothing else.

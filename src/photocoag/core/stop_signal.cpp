@@ -9,8 +9,8 @@ std::atomic<int> requests{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 void request_stop(int) {
-  requests.fetch_add(1, std::memory_order_relaxed);
-  requested.store(true, std::memory_order_relaxed);
+  requests.fetch_add(1);
+  requested.store(true);
 }
 
 }  // namespace
@@ -26,6 +26,13 @@ void stop_on_signals(std::initializer_list<int> signals) noexcept {
 }
 
 const std::atomic<bool>& stop_requested() noexcept { return requested; }
+
+void ask_to_stop() noexcept { requested.store(true, std::memory_order_relaxed); }
+
+void forget_stop() noexcept {
+  requested.store(false);
+  if (requests.load() > 0) requested.store(true);  // it came meanwhile, or before
+}
 
 int stop_requests() noexcept { return requests.load(std::memory_order_relaxed); }
 

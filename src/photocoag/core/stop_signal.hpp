@@ -18,4 +18,9 @@ const std::atomic<bool>& stop_requested() noexcept;
 /// How many have come.
 int stop_requests() noexcept;
 
+/// A wish without a signal, from any thread; it counts as none that has come.
+void ask_to_stop() noexcept;
+/// Takes such a wish back; not that of a signal.
+void forget_stop() noexcept;
+
 }  // namespace photocoag

@@ -132,6 +132,7 @@ constexpr auto kFields = std::to_array<CycleField>({
     field<&LogRecord::compute>("compute_ns", "ns", kNo),
     field<&LogRecord::write>("write_ns", "ns", kNo),
     field<&LogRecord::slack>("slack_ns", "ns", kNo),
+    field<&LogRecord::end, &CycleEnd::volume_predicted>("volume_predicted_K", "K", kNo),
     field<&LogRecord::end, &CycleEnd::safety, &SafetyStatus::late_commands>("late_commands", "1",
                                                                             kNo),
 });

@@ -19,7 +19,7 @@ struct LogRecord : CycleRecord {
   LogRecord() noexcept {
     truth = {.volume = kNone, .peak = kNone};
     measured = kNone;
-    end.next_power = end.readback.power = kNone;
+    end.next_power = end.volume_predicted = end.readback.power = kNone;
   }
   LogRecord(const CycleRecord& cycle_record, const CycleEnd& cycle_end) noexcept
       : CycleRecord(cycle_record), end(cycle_end) {}

@@ -34,6 +34,7 @@ struct CycleEnd {
   DeviceSample sample;
   Readback readback;
   double next_power = 0.0;  ///< W, written for the coming period; NaN: nothing
+  double volume_predicted = std::numeric_limits<double>::quiet_NaN();  ///< K, before the update
   SafetyStatus safety;
 };
 

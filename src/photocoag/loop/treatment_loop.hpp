@@ -119,6 +119,14 @@ inline ControllerReport report_of(const Estimate& estimate, const Decision& deci
           .plan = decision.plan};
 }
 
+/// K, what the estimator expected of the sample: sample less innovation, or the estimate where
+/// there was no update.
+inline double predicted_volume(const Estimate& estimate, const DeviceSample& sample,
+                               const Innovation& innovation) noexcept {
+  return estimate.status == UpdateStatus::kUpdated ? sample.volume_temperature - innovation.value
+                                                   : estimate.outputs.volume;
+}
+
 /// Read, check, estimate, solve, gate, write, log; until `records` is full, or after a stop. A stop
 /// request ends with one period at 0 W; when the supervisor stops, the loop goes on recording 50 ms
 /// at 0 W (evidence), as far as there are records. `progress` counts finished cycles. In periods
@@ -180,10 +188,12 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
     if constexpr (requires { device.truth(); }) record.truth = device.truth();
     outcome.overruns += overrun ? 1 : 0;
     overrun = sample.periods_behind > 0;
+    const double predicted = predicted_volume(estimate, sample, innovation_of(controller));
     const auto finish_cycle = [&](double next_power) {
       observer.finished(record, {.sample = sample,
                                  .readback = readback,
                                  .next_power = next_power,
+                                 .volume_predicted = predicted,
                                  .safety = supervisor.status()});
     };
     if (overrun && outcome.cycles < end) {  // that period is gone already

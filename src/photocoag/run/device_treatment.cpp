@@ -51,6 +51,7 @@ struct Surroundings {
   const std::atomic<bool>& stop;
   std::atomic<std::size_t>& progress;
   LogWriter& log;
+  const Onlooker& onlooker;
   bool priority;  // SCHED_FIFO was granted
   int cores;      // that the process may use
 };
@@ -68,7 +69,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   const auto loop = [&](auto& supervisor) {
     ContinuedDevice continued(device, kEye ? 0 : served.cycles, served.token, config.cycles(),
                               around.stop);
-    TreatmentObserver observer(period, timed, &around.log, GoalWatch(config));
+    TreatmentObserver observer(period, timed, &around.log, GoalWatch(config), around.onlooker.live);
     if constexpr (kEye) device.begin(config.cycles());
     const auto begin = std::chrono::steady_clock::now();
     const PageFaults before = page_faults();
@@ -89,6 +90,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   const SafetyLimits limits = device_limits(config);
   Supervisor supervisor(limits, witness);
   supervisor.power_on();
+  around.onlooker.tell(report, limits);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw DeviceError(not_ready(report, limits));
   }
@@ -196,7 +198,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
 Treatment run_device_treatment(const Config& config, const DeviceAddress& device,
                                ModelStore& models, const std::atomic<bool>& stop,
                                std::atomic<std::size_t>& progress,
-                               const std::filesystem::path& log_folder) {
+                               const std::filesystem::path& log_folder, const Onlooker& onlooker) {
   const ReducedModel& model = models.reduced();
   PulseFeed feed;
   if (device.eye()) {
@@ -213,7 +215,7 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     const RealTime granted = request_real_time(config.safety.core);
     treatment.scheduling = granted.describe();
-    const Surroundings around{stop, progress, *log, granted.fifo_priority, cores};
+    const Surroundings around{stop, progress, *log, onlooker, granted.fifo_priority, cores};
     try {
       if (device.eye()) {
         treat_eye(config, device, model, feed, around, treatment);

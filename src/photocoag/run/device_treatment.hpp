@@ -18,7 +18,8 @@ namespace photocoag {
 Treatment run_device_treatment(const Config& config, const DeviceAddress& device,
                                ModelStore& models, const std::atomic<bool>& stop,
                                std::atomic<std::size_t>& progress,
-                               const std::filesystem::path& log_folder);
+                               const std::filesystem::path& log_folder,
+                               const Onlooker& onlooker = {});
 
 /// True if the supervisor stopped for something that the device did.
 bool is_device_fault(SafetyReason reason) noexcept;

@@ -1,11 +1,12 @@
-// Role: online; what `treat` sees of its loop: durations into histograms, records into the log, the
-// treatment's goal. Used by run. Source: docs/realtime.md. Real time: all calls of the loop are
-// noexcept, bounded, allocation-free. Threads: the loop's.
+// Role: online; what `treat` sees of its loop: durations into histograms, records into the log and
+// to who looks on, the treatment's goal. Used by run. Source: docs/realtime.md. Real time: all
+// calls of the loop are noexcept, bounded, allocation-free. Threads: the loop's.
 #pragma once
 
 #include <cstdint>
 
 #include "photocoag/core/duration_histogram.hpp"
+#include "photocoag/log/ring.hpp"
 #include "photocoag/log/writer.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock.hpp"
@@ -26,12 +27,14 @@ struct CycleHistograms {
 /// In virtual time: goal only.
 class TreatmentObserver {
  public:
-  /// log: may be null. timed: the device's clock is the monotonic one.
-  TreatmentObserver(double period, bool timed, LogWriter* log, const GoalWatch& goal = {})
+  /// log, live: may be null. timed: the device's clock is the monotonic one.
+  TreatmentObserver(double period, bool timed, LogWriter* log, const GoalWatch& goal = {},
+                    SpscRing<LogRecord>* live = nullptr)
       : goal_(goal),
         period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)),
         timed_(timed),
         log_(log),
+        live_(live),
         histograms_(timed ? period : 0.0) {}
 
   void woke(const DeviceSample&) noexcept {
@@ -45,10 +48,11 @@ class TreatmentObserver {
     if (timed_) written_ns_ = monotonic_ns();
   }
   void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
-    if (!timed_ && log_ == nullptr) return;
+    if (!timed_ && log_ == nullptr && live_ == nullptr) return;
     LogRecord logged(record, end);
     if (timed_) measure(end.sample, logged);
     if (log_ != nullptr) log_->record(logged);
+    if (live_ != nullptr) live_->push(logged);  // full: the onlooker sees a gap
   }
   bool goal_reached(const CycleRecord& record) noexcept {
     goal_.add(record.estimate.outputs.peak);
@@ -80,6 +84,7 @@ class TreatmentObserver {
   std::int64_t period_ns_;
   bool timed_;
   LogWriter* log_;
+  SpscRing<LogRecord>* live_;
   CycleHistograms histograms_;
   std::int64_t woke_ns_ = 0;
   std::int64_t decided_ns_ = 0;

@@ -29,9 +29,10 @@ struct ColdPlant {
   Outputs outputs() const noexcept { return {}; }
 };
 
-// Samples of the cold eye at 0 W and a trip of its watchdog. Not on the treatment's own tissue,
-// which stays cold whatever the test does.
-SelfTestReport self_test(const Config& config, bool log_has_room) {
+}  // namespace
+
+// Not on the treatment's own tissue, which stays cold whatever the test does.
+SelfTestReport self_test_eye(const Config& config, bool log_has_room) {
   const int delay = config.control.delay;
   SimulatedEye<ColdPlant> eye({}, config.plant.noise, config.run.seed, {.delay = delay});
   constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
@@ -56,6 +57,8 @@ SelfTestReport self_test(const Config& config, bool log_has_room) {
   return report;
 }
 
+namespace {
+
 /// What every treatment gets from its caller.
 struct Surroundings {
   Pacing pacing;
@@ -63,8 +66,10 @@ struct Surroundings {
   std::atomic<std::size_t>& progress;
   LogWriter* log;  ///< may be null
   const EyeDeviation& eye;
+  const Onlooker& onlooker = kNobody;
   const OwnParts& own = kNoOwnParts;
 
+  static inline const Onlooker kNobody{};
   static inline const OwnParts kNoOwnParts{};
 };
 
@@ -72,8 +77,9 @@ template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
                const Surroundings& around, Treatment& treatment) {
   const double period = config.control.period;
-  auto& [pacing, stop, progress, log, options, own] = around;
-  TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config));
+  auto& [pacing, stop, progress, log, options, onlooker, own] = around;
+  TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config),
+                             onlooker.live);
   const auto begin = std::chrono::steady_clock::now();
   if (pacing == Pacing::kVirtualTime) {
     VirtualPace pace(stop);
@@ -123,8 +129,9 @@ void run(const Config& config, C& controller, P plant, const Surroundings& aroun
   Supervisor supervisor(limits, witness_model(config));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
-  const SelfTestReport report =
-      around.eye.self_test ? self_test(config, log_is_good) : passed_self_test(config.plant.noise);
+  const SelfTestReport report = around.eye.self_test ? self_test_eye(config, log_is_good)
+                                                     : passed_self_test(config.plant.noise);
+  around.onlooker.tell(report, limits);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
     throw Error(not_ready(report, limits));
   }
@@ -232,7 +239,8 @@ Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel&
 
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-                        const std::filesystem::path& log_folder, LogOptions log_options) {
+                        const std::filesystem::path& log_folder, LogOptions log_options,
+                        const Onlooker& onlooker) {
   if (config.photoacoustics.sampling == Sampling::kPulses) {
     throw Error(ErrorParts{.key = "photoacoustics.sampling",
                            .problem = "the eye in this process has no pulses",
@@ -249,11 +257,11 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
     eye.reduced = &plant.emplace(models.plant_reduced());
   }
   if (log_folder.empty()) {
-    return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured});
+    return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured, onlooker});
   }
   const auto log = start_log(config, models, log_folder, "", std::move(log_options));
   Treatment treatment =
-      treat(config, model, eye, {pacing, stop, progress, log.get(), as_configured});
+      treat(config, model, eye, {pacing, stop, progress, log.get(), as_configured, onlooker});
   treatment.log = finish_log(*log);
   return treatment;
 }
@@ -269,8 +277,9 @@ Treatment simulate_with(const Config& config, const ReducedModel& model, const E
                         const OwnParts& own, const std::atomic<bool>& stop,
                         std::atomic<std::size_t>& progress) {
   const EyeDeviation as_configured;
-  return treat(config, model, eye,
-               {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, own});
+  return treat(
+      config, model, eye,
+      {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, Surroundings::kNobody, own});
 }
 
 }  // namespace photocoag

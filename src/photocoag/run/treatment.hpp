@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,6 +60,21 @@ struct Treatment {
   std::optional<DeviceReport> device;     ///< none: the simulated eye of this process
 };
 
+/// Who looks on while a treatment runs, and changes nothing of it.
+struct Onlooker {
+  SpscRing<LogRecord>* live = nullptr;  ///< gets every cycle; what finds it full is dropped
+  /// Before the loop, on its thread: what the self-test has found, passed or not. May be empty.
+  std::function<void(const SelfTestReport&, const SafetyLimits&)> self_tested;
+
+  void tell(const SelfTestReport& report, const SafetyLimits& limits) const {
+    if (self_tested) self_tested(report, limits);
+  }
+};
+
+/// The self-test on the simulated eye of this process: samples of the cold eye at 0 W and a trip of
+/// its watchdog.
+SelfTestReport self_test_eye(const Config& config, bool log_has_room);
+
 /// Throws Error unless the loop may run on safety.core. With safety.real_time = "enforce" also
 /// unless this machine grants SCHED_FIFO and locked memory to a new thread.
 void require_real_time(const Config& config);
@@ -68,7 +84,8 @@ void require_real_time(const Config& config);
 /// Throws Error before the loop only. `log_folder`: where the crash-safe log goes; empty: none.
 Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
-                        const std::filesystem::path& log_folder = {}, LogOptions log_options = {});
+                        const std::filesystem::path& log_folder = {}, LogOptions log_options = {},
+                        const Onlooker& onlooker = {});
 
 /// The simulated eye's physics, one of the two.
 struct EyeModel {

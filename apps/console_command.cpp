@@ -1,0 +1,266 @@
+// `photocoag console`: one page to treat with, live in the browser.
+#include "console_command.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "configured.hpp"
+#include "console.hpp"
+#include "options.hpp"
+#include "photocoag/console/describe.hpp"
+#include "photocoag/console/desk.hpp"
+#include "photocoag/console/page_files.hpp"
+#include "photocoag/console/server.hpp"
+#include "photocoag/console/token.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/stop_signal.hpp"
+#include "photocoag/machine/doctor.hpp"
+#include "photocoag/report/report.hpp"
+#include "photocoag/run/device_config.hpp"
+#include "photocoag/run/device_treatment.hpp"
+#include "photocoag/run/eye_process.hpp"
+#include "photocoag/run/field.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/supervision.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treatment.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr auto kLook = 50ms;  // at the terminal, the server and signals, between spots
+
+Use use_of(const std::optional<DeviceAddress>& device) {
+  if (!device) return Use::kTreat;
+  return device->eye() ? Use::kTreatEye : Use::kTreatDriver;
+}
+
+std::string words_of(const Config& config, const std::optional<DeviceAddress>& device) {
+  if (!device) {
+    return config.plant.model == PlantModel::kFull ? "simulated eye, full order"
+                                                   : "simulated eye, reduced model";
+  }
+  if (!device->eye()) return "driver " + device->path;
+  return device->own_process ? "simulated eye in a process of its own"
+                             : "simulated eye at " + device->path;
+}
+
+/// Enter at the terminal, if standard input is one that is open.
+class Terminal {
+ public:
+  bool enter() noexcept {
+    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    if (!open_ || poll(&input, 1, 0) <= 0) return false;
+    std::array<char, 256> bytes{};
+    const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
+    open_ = count > 0;
+    return open_ && std::string_view(bytes.data(), static_cast<std::size_t>(count)).back() == '\n';
+  }
+
+ private:
+  bool open_ = true;
+};
+
+/// What all spots share. `config` changes its seed from spot to spot, nothing else.
+struct Bench {
+  Config config;
+  Config controlled;  // with its margin
+  std::optional<DeviceAddress> device;
+  ModelStore& models;
+  fs::path out;
+  int spots = 0;
+  int stopped = 0;
+};
+
+ClaimedFolder folder_of_spot(const Bench& bench) {
+  if (bench.out.empty()) return open_new_run_folder(bench.config);
+  return open_run_folder(bench.out / fmt::format("spot-{:03}", bench.spots), bench.config);
+}
+
+Treatment treat_spot(Bench& bench, Desk& desk, const fs::path& folder) {
+  const Onlooker onlooker{
+      .live = &desk.live(),
+      .self_tested = [&desk](const SelfTestReport& report, const SafetyLimits& limits) {
+        desk.self_tested(report, limits);
+      }};
+  std::atomic<std::size_t> done{0};
+  const fs::path log = folder / "log";
+  if (!bench.device) {
+    return run_treatment(bench.controlled, bench.models, Pacing::kClock, stop_requested(), done,
+                         log, {}, onlooker);
+  }
+  std::optional<EyeProcess> eye;
+  DeviceAddress address = *bench.device;
+  if (address.own_process) {
+    eye.emplace(folder / "config.toml", std::vector<std::string>());
+    address.path = eye->socket();
+  }
+  return run_device_treatment(bench.controlled, address, bench.models, stop_requested(), done, log,
+                              onlooker);
+}
+
+// What of the run folder could be written is there; the first trouble in words.
+std::string write_spot(Bench& bench, const fs::path& folder, const Treatment& treatment) {
+  try {
+    write_run(folder, bench.config, treatment);
+    if (!bench.device || bench.device->eye()) {
+      write_field(folder, bench.config, treatment, bench.models);
+    }
+    write_report(folder);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+void spot(Bench& bench, Desk& desk) {
+  ++bench.spots;
+  const ClaimedFolder claimed = folder_of_spot(bench);
+  desk.begin({.number = bench.spots, .planned_cycles = bench.config.cycles()});
+  say("spot {:<4} {}\n", bench.spots, claimed.path().string());
+  Treatment treatment;
+  std::string failure;
+  SpotEnd end{.state = SafetyState::kSafeStop, .message = {}, .folder = claimed.path()};
+  try {
+    treatment = treat_spot(bench, desk, claimed.path());
+    end.state = treatment.outcome.safety.state;
+    end.reason = treatment.outcome.safety.reason;
+    // Without a supervisor nobody says so.
+    if (end.state == SafetyState::kTreating) end.state = SafetyState::kDone;
+    desk.over(end.state, end.reason);
+    if (const std::string trouble = write_spot(bench, claimed.path(), treatment);
+        !trouble.empty()) {
+      say("ALARM     the run folder is not complete: {}\n", trouble);
+    }
+    if (!treatment.log.trouble.empty()) say("ALARM     {}\n", treatment.log.trouble);
+  } catch (const Error& error) {
+    failure = error.what();
+    end.reason = SafetyReason::kSelfTest;
+    say("photocoag: {}\n", failure);
+  }
+  bench.stopped += treatment.outcome.stopped || !failure.empty() ? 1 : 0;
+  end.message = spot_message(bench.config, treatment, bench.spots, claimed.path(), failure);
+  say("          {}, {} cycles, {} overruns\n", to_string(end.state), treatment.outcome.cycles,
+      treatment.outcome.overruns);
+  desk.end(std::move(end));
+  // The next spot's noise is another one.
+  bench.config.run.seed = bench.controlled.run.seed = bench.config.run.seed + 1;
+}
+
+// STANDBY, by a self-test where the eye is at hand.
+void prepare_spot(Bench& bench, Desk& desk) {
+  if (bench.device || !bench.config.safety.supervised) return desk.stand_by();
+  desk.self_tested(self_test_eye(bench.controlled, true), safety_limits(bench.controlled));
+}
+
+int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
+  Terminal terminal;
+  prepare_spot(bench, desk);
+  bool seen_dead = false;
+  while (stop_requests() == 0) {
+    if (!server.alive()) {
+      say("photocoag: the server has ended; no further spot starts\n");
+      seen_dead = true;
+      break;
+    }
+    if (terminal.enter()) desk.enter();
+    switch (desk.wait(kLook)) {
+      case Desk::Wish::kStart:
+        spot(bench, desk);
+        break;
+      case Desk::Wish::kReset:
+        prepare_spot(bench, desk);
+        break;
+      case Desk::Wish::kNone:
+        break;
+    }
+  }
+  say("console   {} spots, {} stopped; the server refused {} requests\n", bench.spots,
+      bench.stopped, server.refusals().total());
+  const bool during = desk.state() == SafetyState::kSafeStop || bench.stopped > 0;
+  return seen_dead || during ? 1 : 0;
+}
+
+}  // namespace
+
+int console_command(const ConsoleOptions& options) {
+  std::optional<DeviceAddress> device;
+  if (!options.device.empty()) device = parse_device(options.device);
+  Config config = configured(use_of(device), options.config, options.set);
+  if (device) config = for_device(config, *device);
+  if (!options.out.empty()) check_run_folder(options.out);
+  require_real_time(config);
+
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
+    draw_progress("reducing", fraction, stage);
+  });
+  const ReducedModel& model = models.reduced();
+  if (config.plant.model == PlantModel::kFull && !device) models.plant_full();
+  clear_progress();
+  Config controlled = config;
+  if (wants_margin(config)) controlled = backed_off(config, tissue_margin(config, model));
+
+  const ConsoleDevice what{.name = words_of(config, device),
+                           .browser_starts = !device || device->eye(),
+                           .self_test_first = !device};
+  Desk desk({.browser_starts = what.browser_starts,
+             .period = config.control.period,
+             .stop = ask_to_stop,
+             .resume = forget_stop,
+             .before = before_message(controlled, model, what, examine(own_privileges()))});
+  const ConsoleServer server(
+      {.port = static_cast<std::uint16_t>(options.port), .token = random_token(), .limits = {}},
+      desk.hooks(page_file, [](std::string_view line) { say("{}\n", line); }));
+  stop_on_signals();
+  say("console   {}\n", server.address());
+  say("          Ctrl-C stops the laser and ends; {}\n",
+      what.browser_starts ? "Enter starts a spot, as the page can"
+                          : "Enter starts a spot: the page cannot start a device");
+  Bench bench{.config = config,
+              .controlled = controlled,
+              .device = device,
+              .models = models,
+              .out = options.out};
+  return serve(bench, desk, server);
+}
+
+void add_console_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ConsoleOptions>();
+  CLI::App* console = app.add_subcommand(
+      "console", "treat live in the browser: a page on this machine alone, spot after spot");
+  add_common(*console, *options);
+  add_cache(*console, *options);
+  console->add_option("--device", options->device, "as of treat; default: a simulated eye")
+      ->type_name("DEVICE");
+  console->add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
+      ->check(whole_number_from(0, 65535))
+      ->type_name("P");
+  console
+      ->add_option(
+          "--out", options->out,
+          "folder, new or empty, for the spots' run folders; default: new ones below runs/")
+      ->type_name("DIR");
+  console->footer(
+      footer("  photocoag console\n"
+             "  photocoag console --port 8080 --set run.duration_ms=10000\n"
+             "  photocoag console --device eye\n"
+             "Open the address it prints; it holds a token. The browser can stop; it can "
+             "start only a simulated eye."));
+  console->callback([options, &exit_code] { exit_code = console_command(*options); });
+}
+
+}  // namespace photocoag

@@ -1,0 +1,25 @@
+// Role: the program; the command `console`. Returns the exit code.
+#pragma once
+
+#include <string>
+
+#include "commands.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace photocoag {
+
+struct ConsoleOptions : CommonOptions {
+  std::string out;     ///< folder for the run folders of all spots; empty: new ones below runs/
+  std::string device;  ///< empty, or see run/device_address.hpp
+  int port = 0;        ///< 0: any that is free
+};
+
+int console_command(const ConsoleOptions& options);
+
+/// Adds it to the program; it stores its exit code.
+void add_console_command(CLI::App& app, int& exit_code);
+
+}  // namespace photocoag

@@ -1,0 +1,20 @@
+# Writes a C++ source with the files of FOLDER as text: what page_files.hpp declares.
+string(CONCAT page "#include \"photocoag/console/page_files.hpp\"\n\nnamespace photocoag {\n\n"
+  "std::optional<WebFile> page_file(std::string_view path) {\n")
+foreach(file IN ITEMS index.html app.js app.css icon.svg)
+  file(READ ${FOLDER}/${file} content)
+  set(path /${file})
+  set(type text/javascript)
+  if(file MATCHES "html$")
+    set(path /)
+    set(type text/html)
+  elseif(file MATCHES "css$")
+    set(type text/css)
+  elseif(file MATCHES "svg$")
+    set(type image/svg+xml)
+  endif()
+  string(APPEND page "  if (path == \"${path}\") return WebFile{\"${type}; charset=utf-8\", "
+    "R\"PHOTOCOAG(${content})PHOTOCOAG\", true};\n")
+endforeach()
+string(APPEND page "  return std::nullopt;\n}\n\n}  // namespace photocoag\n")
+file(WRITE ${OUT} "${page}")

@@ -1,0 +1,78 @@
+// Role: the program; one client of the console's server: what it has sent so far and what it has
+// not taken yet, both bounded. Used by server. Real time: none. Threads: the server's.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "photocoag/console/server.hpp"
+
+namespace photocoag {
+
+class WebClient {
+ public:
+  /// With room in front for the library's header; shared by all clients.
+  using Message = std::shared_ptr<std::vector<unsigned char>>;
+
+  WebClient(int id, const ServerLimits& limits) : id_(id), limits_(limits) {}
+  int id() const noexcept { return id_; }
+
+  /// Part of a message, and how many bytes of its frame are still to come. False: it grows beyond
+  /// the limit.
+  bool receive(std::string_view part, std::size_t to_come) {
+    if (received_.size() + part.size() + to_come > limits_.message_bytes) return false;
+    received_ += part;
+    return true;
+  }
+  std::string take_received() { return std::exchange(received_, {}); }
+
+  /// Counts a message at this time. False: too many in the last second.
+  bool may_speak(std::int64_t now_us) {
+    constexpr std::int64_t kSecond = 1'000'000;
+    if (now_us - second_ >= kSecond) {
+      second_ = now_us;
+      spoken_ = 0;
+    }
+    return ++spoken_ <= limits_.messages_per_second;
+  }
+
+  /// False: too much waits for it already; it is doomed from then on.
+  bool push(const Message& message) {
+    if (queued_ + message->size() > limits_.queue_bytes) {
+      doomed_ = true;
+      queue_.clear();
+      queued_ = 0;
+      return false;
+    }
+    queued_ += message->size();
+    queue_.push_back(message);
+    return true;
+  }
+  Message pop() {
+    if (queue_.empty()) return nullptr;
+    Message first = std::move(queue_.front());
+    queue_.pop_front();
+    queued_ -= first->size();
+    return first;
+  }
+  bool idle() const noexcept { return queue_.empty(); }
+  bool doomed() const noexcept { return doomed_; }
+
+ private:
+  int id_;
+  ServerLimits limits_;
+  std::string received_;
+  std::int64_t second_ = 0;
+  int spoken_ = 0;
+  std::deque<Message> queue_;
+  std::size_t queued_ = 0;
+  bool doomed_ = false;
+};
+
+}  // namespace photocoag

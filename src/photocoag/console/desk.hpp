@@ -1,0 +1,111 @@
+// Role: the program; what the console's clients are told and may ask for: state, rows of the
+// running spot, commands. Used by console_command, tests. Source: docs/console.md (messages,
+// rules). Real time: none; of a running loop it has the ring's reading end and the wish to stop,
+// nothing else. Threads: answer, tick, came, left and file by the server's thread; the rest by the
+// owner's.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/console/server.hpp"
+#include "photocoag/log/record.hpp"
+#include "photocoag/log/ring.hpp"
+#include "photocoag/safety/supervisor.hpp"
+
+namespace photocoag {
+
+struct DeskSettings {
+  bool browser_starts = false;   ///< true: a simulated eye
+  double period = 1e-3;          ///< s
+  std::function<void()> stop;    ///< the wish to stop: one atomic store
+  std::function<void()> resume;  ///< takes it back; only when someone arms or starts
+  std::string before;            ///< message "before" (describe.hpp)
+};
+
+/// The spot that begins.
+struct SpotBegin {
+  int number = 0;
+  std::size_t planned_cycles = 0;
+};
+
+/// The spot that has ended.
+struct SpotEnd {
+  SafetyState state = SafetyState::kDone;
+  SafetyReason reason = SafetyReason::kNone;
+  std::string message;           ///< "spot" (describe.hpp)
+  std::filesystem::path folder;  ///< its run folder
+};
+
+class Desk {
+ public:
+  explicit Desk(DeskSettings settings);
+
+  /// What the server asks.
+  ServerHooks hooks(std::function<std::optional<WebFile>(std::string_view path)> page,
+                    std::function<void(std::string_view line)> log);
+
+  /// The loop's end of the ring.
+  SpscRing<LogRecord>& live() noexcept { return ring_; }
+
+  /// A self-test's outcome, before a spot or between two: STANDBY, or SAFE_STOP.
+  void self_tested(const SelfTestReport& report, const SafetyLimits& limits);
+  /// The device is tested when a spot starts: STANDBY.
+  void stand_by();
+  enum class Wish { kNone, kStart, kReset };
+  /// Waits until someone asks for a start or a reset, at most so long.
+  Wish wait(std::chrono::milliseconds patience);
+  /// By the terminal: Enter. Starts from STANDBY or READY, resets after a spot.
+  void enter();
+  void begin(const SpotBegin& spot);
+  /// Its loop has ended; what it leaves behind is being written.
+  void over(SafetyState state, SafetyReason reason);
+  void end(SpotEnd spot);
+
+  SafetyState state() const;
+
+ private:
+  std::vector<std::string> came(int client);
+  std::string answer(int client, std::string_view text);
+  void left(int client);
+  std::vector<std::string> tick();
+  std::optional<WebFile> run_file(std::string_view path) const;
+  std::string refusal(std::string_view command);
+  std::string obey(int client, std::string_view command);
+  std::string live_message(std::string rows);
+  std::string role_message() const;
+  void set(SafetyState state, SafetyReason reason);
+
+  DeskSettings settings_;
+  SpscRing<LogRecord> ring_;
+  std::vector<LogRecord> batch_;  // the server's
+  LogRecord newest_;              // the server's
+  std::int64_t dropped_ = 0;      // the server's
+  std::int64_t next_cycle_ = 0;   // the server's
+  std::int64_t overruns_ = 0;     // the server's
+  int rows_of_ = 0;               // the server's: spot that newest_ belongs to
+
+  mutable std::mutex mutex_;
+  std::condition_variable wished_;
+  SafetyState state_ = SafetyState::kSelfTest;
+  SafetyReason reason_ = SafetyReason::kNone;
+  Wish wish_ = Wish::kNone;
+  SpotBegin spot_;
+  int operator_ = 0;  // client; 0: none
+  int clients_ = 0;
+  std::string self_test_;                       // last message of its kind
+  std::string last_spot_;                       // last message of its kind
+  std::vector<std::string> pending_;            // for all, after the rows
+  std::vector<std::filesystem::path> folders_;  // of the spots
+};
+
+}  // namespace photocoag

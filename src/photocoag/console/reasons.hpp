@@ -1,0 +1,17 @@
+// Role: the program; the supervisor's reasons as an operator reads them: what happened, what to do.
+// Used by describe. Source: docs/safety.md.
+#pragma once
+
+#include <string_view>
+
+#include "photocoag/safety/states.hpp"
+
+namespace photocoag {
+
+struct ReasonWords {
+  std::string_view what;  ///< one sentence
+  std::string_view then;  ///< what to do; may be empty
+};
+ReasonWords words_of(SafetyReason reason) noexcept;
+
+}  // namespace photocoag
