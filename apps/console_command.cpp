@@ -25,13 +25,12 @@
 #include "photocoag/machine/doctor.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/device_config.hpp"
-#include "photocoag/run/device_treatment.hpp"
-#include "photocoag/run/eye_process.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treat_into.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
@@ -42,11 +41,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr auto kLook = 50ms;  // at the terminal, the server and signals, between spots
-
-Use use_of(const std::optional<DeviceAddress>& device) {
-  if (!device) return Use::kTreat;
-  return device->eye() ? Use::kTreatEye : Use::kTreatDriver;
-}
 
 std::string words_of(const Config& config, const std::optional<DeviceAddress>& device) {
   if (!device) {
@@ -78,7 +72,7 @@ class Terminal {
 struct Bench {
   Config config;
   Config controlled;  // with its margin
-  std::optional<DeviceAddress> device;
+  TreatmentPlace place;
   ModelStore& models;
   fs::path out;
   int spots = 0;
@@ -97,26 +91,15 @@ Treatment treat_spot(Bench& bench, Desk& desk, const fs::path& folder) {
         desk.self_tested(report, limits);
       }};
   std::atomic<std::size_t> done{0};
-  const fs::path log = folder / "log";
-  if (!bench.device) {
-    return run_treatment(bench.controlled, bench.models, Pacing::kClock, stop_requested(), done,
-                         log, {}, onlooker);
-  }
-  std::optional<EyeProcess> eye;
-  DeviceAddress address = *bench.device;
-  if (address.own_process) {
-    eye.emplace(folder / "config.toml", std::vector<std::string>());
-    address.path = eye->socket();
-  }
-  return run_device_treatment(bench.controlled, address, bench.models, stop_requested(), done, log,
-                              onlooker);
+  return treat_into(folder, bench.controlled, bench.place, bench.models, stop_requested(), done,
+                    onlooker);
 }
 
 // What of the run folder could be written is there; the first trouble in words.
 std::string write_spot(Bench& bench, const fs::path& folder, const Treatment& treatment) {
   try {
     write_run(folder, bench.config, treatment);
-    if (!bench.device || bench.device->eye()) {
+    if (!bench.place.device || bench.place.device->eye()) {
       write_field(folder, bench.config, treatment, bench.models);
     }
     write_report(folder);
@@ -162,7 +145,7 @@ void spot(Bench& bench, Desk& desk) {
 
 // STANDBY, by a self-test where the eye is at hand.
 void prepare_spot(Bench& bench, Desk& desk) {
-  if (bench.device || !bench.config.safety.supervised) return desk.stand_by();
+  if (bench.place.device || !bench.config.safety.supervised) return desk.stand_by();
   desk.self_tested(self_test_eye(bench.controlled, true), safety_limits(bench.controlled));
 }
 
@@ -197,9 +180,10 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
 }  // namespace
 
 int console_command(const ConsoleOptions& options) {
-  std::optional<DeviceAddress> device;
+  TreatmentPlace place;
+  std::optional<DeviceAddress>& device = place.device;
   if (!options.device.empty()) device = parse_device(options.device);
-  Config config = configured(use_of(device), options.config, options.set);
+  Config config = configured(use_of(place), options.config, options.set);
   if (device) config = for_device(config, *device);
   if (!options.out.empty()) check_run_folder(options.out);
   require_real_time(config);
@@ -232,7 +216,7 @@ int console_command(const ConsoleOptions& options) {
                           : "Enter starts a spot: the page cannot start a device");
   Bench bench{.config = config,
               .controlled = controlled,
-              .device = device,
+              .place = place,
               .models = models,
               .out = options.out};
   return serve(bench, desk, server);

@@ -69,16 +69,16 @@ TEST(ProcessFaultTableAsAWhole, WithoutTheSupervisorItsRowsFail) {
   EXPECT_EQ(ids, (std::set<std::string>{"T3", "F3", "L1"}));
 }
 
-TEST(ProcessFaultTableAsAWhole, BothTablesTogetherHaveEveryRowButTheConsoles) {
+TEST(ProcessFaultTableAsAWhole, BothTablesTogetherHaveEveryRow) {
   std::set<std::string> ids;
   for (const FaultCase& test : fault_table()) ids.insert(test.id);
   for (const std::string& id : process_fault_ids()) ids.insert(id);
   EXPECT_EQ(ids, (std::set<std::string>{
-                     "M1", "M2", "M3", "M4",  "M5",  "M6",  "M7",  "M8",  "M9",  "A1",  "A2",
-                     "A3", "A4", "A5", "S1",  "S2",  "S3",  "S4",  "S5",  "E1",  "E2",  "E3",
-                     "E4", "T1", "T2", "T3",  "T4",  "T5",  "T6",  "T7",  "F1",  "F2",  "F3",
-                     "L1", "X1", "X2", "X3",  "X4",  "O1",  "O2",  "O3",  "O4",  "O5",  "O6",
-                     "O7", "O8", "O9", "O10", "O11", "O12", "O13", "O14", "O15", "O16", "O17"}));
+                     "M1",  "M2",  "M3",  "M4",  "M5",  "M6",  "M7",  "M8", "M9", "A1", "A2", "A3",
+                     "A4",  "A5",  "S1",  "S2",  "S3",  "S4",  "S5",  "E1", "E2", "E3", "E4", "T1",
+                     "T2",  "T3",  "T4",  "T5",  "T6",  "T7",  "F1",  "F2", "F3", "L1", "L2", "X1",
+                     "X2",  "X3",  "X4",  "O1",  "O2",  "O3",  "O4",  "O5", "O6", "O7", "O8", "O9",
+                     "O10", "O11", "O12", "O13", "O14", "O15", "O16", "O17"}));
 }
 
 }  // namespace

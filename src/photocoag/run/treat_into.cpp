@@ -12,10 +12,12 @@ Use use_of(const TreatmentPlace& place) {
 
 Treatment treat_into(const std::filesystem::path& folder, const Config& controlled,
                      const TreatmentPlace& place, ModelStore& models, const std::atomic<bool>& stop,
-                     std::atomic<std::size_t>& progress) {
+                     std::atomic<std::size_t>& progress, const Onlooker& onlooker) {
   const std::filesystem::path log =
       place.pacing == Pacing::kClock ? folder / "log" : std::filesystem::path();
-  if (!place.device) return run_treatment(controlled, models, place.pacing, stop, progress, log);
+  if (!place.device) {
+    return run_treatment(controlled, models, place.pacing, stop, progress, log, {}, onlooker);
+  }
   DeviceAddress device = *place.device;
   std::optional<EyeProcess> eye;
   if (device.own_process) {
@@ -26,7 +28,7 @@ Treatment treat_into(const std::filesystem::path& folder, const Config& controll
     eye.emplace(folder / "config.toml", arguments);
     device.path = eye->socket();
   }
-  return run_device_treatment(controlled, device, models, stop, progress, log);
+  return run_device_treatment(controlled, device, models, stop, progress, log, onlooker);
 }
 
 }  // namespace photocoag

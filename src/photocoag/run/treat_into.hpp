@@ -1,5 +1,5 @@
 // Role: the program; one treatment in a run folder that is there: on the simulated eye of this
-// process, or on a device. Used by `treat`, `simulate`, session. Units: SI.
+// process, or on a device. Used by `treat`, `simulate`, session, `console`. Units: SI.
 #pragma once
 
 #include <atomic>
@@ -32,6 +32,6 @@ Use use_of(const TreatmentPlace& place);
 /// Throws Error, of a device DeviceError, before the loop only.
 Treatment treat_into(const std::filesystem::path& folder, const Config& controlled,
                      const TreatmentPlace& place, ModelStore& models, const std::atomic<bool>& stop,
-                     std::atomic<std::size_t>& progress);
+                     std::atomic<std::size_t>& progress, const Onlooker& onlooker = {});
 
 }  // namespace photocoag

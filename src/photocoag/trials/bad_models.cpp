@@ -43,16 +43,15 @@ const std::vector<Change>& changes() {
       {"an unstable A", [](Json& j) { a(j)[0][0] = 3.0; }},
       {"A of an integrator", [](Json& j) { a(j)[0] = std::vector<double>(a(j).size(), 0.0); }},
       {"no peak",
-       [](Json& j) {
-         j["continuous"]["C_peak"][0] = std::vector<double>(a(j).size(), 0.0);
-       }},
+       [](Json& j) { j["continuous"]["C_peak"][0] = std::vector<double>(a(j).size(), 0.0); }},
       {"peak of another sign",
        [](Json& j) {
          for (Json& entry : j["continuous"]["C_peak"][0]) entry = -entry.get<double>();
        }},
       {"gain that does not grow with alpha",
        [](Json& j) {
-         for (Json& point : j["theta"]["points"]) point["scaled_front"] = point["scaled_back"] = 0.0;
+         for (Json& point : j["theta"]["points"])
+           point["scaled_front"] = point["scaled_back"] = 0.0;
        }},
       {"transposed B",
        [](Json& j) {

@@ -104,7 +104,7 @@ struct Observed {
 
 template <typename Act>
 Observed observe_once(const ProcessBench& bench, bool supervised, std::uint64_t when,
-                 std::uint64_t ticks, Act act, std::uint64_t throw_at = kNever) {
+                      std::uint64_t ticks, Act act, std::uint64_t throw_at = kNever) {
   Mapping mapping;
   SharedEyeServer server(*mapping.memory, bench.fresh_eye(when + 1));
   const pid_t child = fork();
@@ -147,7 +147,8 @@ constexpr int kWatchdogTicks = 2;
 
 void judge(FaultRow& row, const Observed& observed, int lit, std::string why) {
   if (why.empty() && lit > kWatchdogTicks) why = fmt::format("light {} periods later", lit);
-  // The peak is reported, not judged: where eye and controller fight for one core, powers come late.
+  // The peak is reported, not judged: where eye and controller fight for one core, powers come
+  // late.
   row.slowest = std::max(row.slowest, lit);
   row.peak = std::max(row.peak, observed.peak);
   count(row, why);
@@ -192,12 +193,14 @@ void stopped(const ProcessFaultOptions& options, const ProcessBench& bench, Faul
 
 void thrown(const ProcessFaultOptions& options, const ProcessBench& bench, FaultRow& row) {
   const std::uint64_t at = 15;
-  const Observed observed =
-      observe(bench, options.supervised, kNever - 1, 60, [](pid_t) {}, at);
+  const Observed observed = observe(
+      bench, options.supervised, kNever - 1, 60, [](pid_t) {}, at);
   const bool aborted = WIFSIGNALED(observed.status) && WTERMSIG(observed.status) == SIGABRT;
   // The child's cycle is the eye's tick, give or take what a busy machine delays.
   judge(row, observed, std::max(0, observed.lit_after(at) - 10),
-        !observed.ever_light() ? "never any light" : aborted ? "" : "not aborted");
+        !observed.ever_light() ? "never any light"
+        : aborted              ? ""
+                               : "not aborted");
 }
 
 void second(FaultRow& row) {

@@ -43,19 +43,20 @@ std::vector<Disk> bad_disks() {
       return -1;
     };
   };
-  return {{"disk full", 4096, after_the_header(refuse(ENOSPC))},
-          {"disk read-only", 4096, after_the_header(refuse(EROFS))},
-          {"full in the middle of a block", 4096,
-           after_the_header([](int calls, int file, const void* bytes, std::size_t size) -> ssize_t {
-             if (calls == 2) return ::write(file, bytes, size / 2);
-             errno = ENOSPC;
-             return -1;
-           })},
-          {"stalls for 1 s", 64,
-           after_the_header([](int calls, int file, const void* bytes, std::size_t size) -> ssize_t {
-             if (calls == 2) wait_until(monotonic_ns() + 1'000'000'000);
-             return ::write(file, bytes, size);
-           })}};
+  return {
+      {"disk full", 4096, after_the_header(refuse(ENOSPC))},
+      {"disk read-only", 4096, after_the_header(refuse(EROFS))},
+      {"full in the middle of a block", 4096,
+       after_the_header([](int calls, int file, const void* bytes, std::size_t size) -> ssize_t {
+         if (calls == 2) return ::write(file, bytes, size / 2);
+         errno = ENOSPC;
+         return -1;
+       })},
+      {"stalls for 1 s", 64,
+       after_the_header([](int calls, int file, const void* bytes, std::size_t size) -> ssize_t {
+         if (calls == 2) wait_until(monotonic_ns() + 1'000'000'000);
+         return ::write(file, bytes, size);
+       })}};
 }
 
 LogHeader header_of(const ProcessBench& bench) {
@@ -161,7 +162,8 @@ void kill_writer(const ProcessBench& bench, std::uint64_t draw, FaultRow& row) {
   std::string why;
   try {
     const LogContent log = content_of(folder.path() / "log");
-    const std::uint64_t lost = handed_over - std::min<std::uint64_t>(handed_over, log.records.size());
+    const std::uint64_t lost =
+        handed_over - std::min<std::uint64_t>(handed_over, log.records.size());
     if (lost > kMostLost) why = fmt::format("killed: {} of {} records lost", lost, handed_over);
     for (std::size_t k = 0; k < log.records.size() && why.empty(); ++k) {
       if (log.records[k].cycle != static_cast<std::int64_t>(k)) why = "killed: a gap in the log";

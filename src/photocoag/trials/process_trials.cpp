@@ -10,12 +10,11 @@ struct ProcessRow {
 };
 
 constexpr ProcessRow kRows[] = {
-    {"S5", run_eye_row, false},     {"T3", run_eye_row, true},
-    {"T4", run_eye_row, false},     {"T5", run_program_row, false},
-    {"T6", run_program_row, false}, {"T7", run_program_row, false},
-    {"F1", run_program_row, false}, {"F2", run_program_row, false},
-    {"F3", run_program_row, true},  {"L1", run_log_row, true},
-    {"X2", run_eye_row, false},     {"X3", run_program_row, false},
+    {"S5", run_eye_row, false},     {"T3", run_eye_row, true},      {"T4", run_eye_row, false},
+    {"T5", run_program_row, false}, {"T6", run_program_row, false}, {"T7", run_program_row, false},
+    {"F1", run_program_row, false}, {"F2", run_program_row, false}, {"F3", run_program_row, true},
+    {"L1", run_log_row, true},      {"L2", run_web_row, false},     {"X2", run_eye_row, false},
+    {"X3", run_program_row, false},
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Role: tests of safety; the rows of the fault table that need processes, the disk or the program
-// itself: S5, T3 to T7, F1 to F3, L1, X2, X3. Used by `faults`, tests. Source: docs/safety.md.
+// itself: S5, T3 to T7, F1 to F3, L1, L2, X2, X3. Used by `faults`, tests. Source: docs/safety.md.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,7 @@ std::vector<FaultRow> run_process_faults(const ProcessFaultOptions& options,
 // The rows by what they need. Each fills in `row`.
 void run_eye_row(const ProcessFaultOptions& options, FaultRow& row);      // S5, T3, T4, X2
 void run_log_row(const ProcessFaultOptions& options, FaultRow& row);      // L1
+void run_web_row(const ProcessFaultOptions& options, FaultRow& row);      // L2
 void run_program_row(const ProcessFaultOptions& options, FaultRow& row);  // T5 to T7, F1 to F3, X3
 
 /// One run more in a row; an empty `why` means passed.
