@@ -51,6 +51,12 @@ struct ExportOptions : CommonOptions {
   std::vector<double> absorption_factors;  ///< columns of B
 };
 
+struct ExportCOptions : CommonOptions {
+  std::string out;  ///< folder, new or empty
+  std::string prefix = "pc_";
+  bool single_precision = false;
+};
+
 struct FieldOptions : CommonOptions {
   std::string model = "full";
   std::optional<double> power;  ///< W, constant
@@ -133,6 +139,7 @@ int response(const ResponseOptions& options);
 int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int export_command(const ExportOptions& options);
+int export_c_command(const ExportCOptions& options);
 int field_command(const FieldOptions& options);
 int print_config(const ConfigOptions& options);
 int boundaries(const CommonOptions& options);

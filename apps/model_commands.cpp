@@ -138,6 +138,22 @@ void add_model_commands(CLI::App& app, int& exit_code) {
   export_app->callback(
       [export_options, &exit_code] { exit_code = export_command(*export_options); });
 
+  const auto c_options = std::make_shared<ExportCOptions>();
+  CLI::App* c_app = app.add_subcommand(
+      "export-c", "write the controller as C99 for a microcontroller (without the supervisor)");
+  add_common(*c_app, *c_options);
+  add_cache(*c_app, *c_options);
+  c_app->add_option("--out", c_options->out, "folder, new or empty")->required()->type_name("DIR");
+  c_app->add_flag("--float", c_options->single_precision, "single precision instead of double");
+  c_app->add_option("--prefix", c_options->prefix, "of every name and file in C")
+      ->type_name("NAME")
+      ->capture_default_str();
+  c_app->footer(
+      footer("  photocoag export-c --config configs/paper-1khz.toml --out controller\n"
+             "  photocoag export-c --float --prefix left_eye_ --out controller\n"
+             "Settings that the C controller does not carry are refused by their key."));
+  c_app->callback([c_options, &exit_code] { exit_code = export_c_command(*c_options); });
+
   const auto boundaries_options = std::make_shared<CommonOptions>();
   CLI::App* boundaries_app = app.add_subcommand(
       "boundaries",

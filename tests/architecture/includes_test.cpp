@@ -54,6 +54,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"console", {"core", "rom", "safety", "rt", "log", "config", "run", "machine"}},
     {"page", {"core"}},
     {"report", {"core", "page"}},
+    {"export", {"core", "rom", "estimation", "mpc", "loop"}},
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},
     {"trials",

@@ -19,7 +19,8 @@ constexpr Use kUses[] = {Use::kSimulate,        Use::kTreat,      Use::kTreatEye
                          Use::kTreatDriver,     Use::kEye,        Use::kResponseFull,
                          Use::kResponseReduced, Use::kReduce,     Use::kCompareReductions,
                          Use::kExport,          Use::kBoundaries, Use::kSchemeErrors,
-                         Use::kEstimation,      Use::kSpots,      Use::kCalibrate};
+                         Use::kEstimation,      Use::kSpots,      Use::kCalibrate,
+                         Use::kExportC};
 
 std::vector<std::string> unused_of(Use use, const std::vector<std::string>& set,
                                    const std::string& file = "") {

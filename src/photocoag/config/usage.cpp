@@ -22,6 +22,8 @@ constexpr std::uint32_t kAll = 0xFFFFFFFFU;
 constexpr std::uint32_t kTreating =
     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver});
 constexpr std::uint32_t kMany = bits({Use::kEstimation, Use::kSpots});
+/// The controller alone.
+constexpr std::uint32_t kCode = bits({Use::kExportC});
 constexpr std::uint32_t kReducing = bits({Use::kReduce, Use::kResponseReduced});
 constexpr std::uint32_t kShowing = bits({Use::kResponseFull, Use::kResponseReduced});
 constexpr std::uint32_t kPulsed = bits({Use::kTreatEye, Use::kEye});
@@ -31,7 +33,7 @@ constexpr std::uint32_t kSteps =
 /// Of the simulated eye in this process alone.
 constexpr std::uint32_t kBench = bits({Use::kSimulate, Use::kTreat, Use::kSpots});
 /// What a controller may know of a bench.
-constexpr std::uint32_t kTold = kBench | bits({Use::kTreatDriver});
+constexpr std::uint32_t kTold = kBench | kCode | bits({Use::kTreatDriver});
 constexpr std::uint32_t kBuilding = kAll & ~bits({Use::kCalibrate});
 
 /// Of all rules whose beginning a key has, the longest holds.
@@ -40,28 +42,28 @@ struct Rule {
   std::uint32_t used_by;
 };
 constexpr Rule kRules[] = {
-    {"control.", kTreating | kMany},
-    {"control.period_ms", kTreating | kMany | kSteps},
-    {"control.robust", kTreating | kMany | kReducing},
-    {"control.robust_sigma", kTreating | kMany},
-    {"estimator.", kTreating | kMany},
-    {"estimator.kind", kTreating | kMany | kReducing},
+    {"control.", kTreating | kMany | kCode},
+    {"control.period_ms", kTreating | kMany | kSteps | kCode},
+    {"control.robust", kTreating | kMany | kReducing | kCode},
+    {"control.robust_sigma", kTreating | kMany | kCode},
+    {"estimator.", kTreating | kMany | kCode},
+    {"estimator.kind", kTreating | kMany | kReducing | kCode},
     {"estimator.sample_averaging_periods", kTold},
     {"estimator.sample_lag_periods", kTold},
     {"estimator.power_lag_periods", kTold},
     {"safety.", kTreating | kMany},
     {"safety.real_time", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver})},
     {"safety.core", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kEye})},
-    {"model.", kTreating | kMany | kReducing},
-    {"model.file", kTreating | kMany | bits({Use::kResponseReduced})},
+    {"model.", kTreating | kMany | kReducing | kCode},
+    {"model.file", kTreating | kMany | kCode | bits({Use::kResponseReduced})},
     {"model.discretization",
-     kTreating | kMany | kReducing | bits({Use::kCompareReductions, Use::kExport})},
+     kTreating | kMany | kReducing | kCode | bits({Use::kCompareReductions, Use::kExport})},
     {"grid.", kBuilding},
     {"tissue.", kBuilding},
     {"tissue.ambient_C", kAll},
     {"uncertainty.",
-     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kSpots})},
-    {"prior", kTreating | kReducing},
+     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kSpots}) | kCode},
+    {"prior", kTreating | kReducing | kCode},
     {"plant.", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) | kMany},
     {"plant.model", bits({Use::kSimulate, Use::kTreat})},
     {"plant.absorption_factor", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) |
@@ -69,7 +71,7 @@ constexpr Rule kRules[] = {
     {"plant.choroid_factor",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kExport}) | kMany |
          kOfTheEye},
-    {"plant.noise_K", kTreating | kMany | bits({Use::kEye})},
+    {"plant.noise_K", kTreating | kMany | bits({Use::kEye}) | kCode},
     {"plant.sample_averaging_periods", kBench},
     {"plant.sample_lag_periods", kBench},
     {"plant.power_lag_periods", kBench},
@@ -82,6 +84,7 @@ constexpr Rule kRules[] = {
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kSchemeErrors}) | kMany |
          kShowing},
     {"photoacoustics.", bits({Use::kTreatEye})},
+    {"photoacoustics.sampling", bits({Use::kTreatEye}) | kCode},
     {"photoacoustics.calibration", kPulsed | bits({Use::kCalibrate})},
     {"photoacoustics.eye_calibration", kPulsed | bits({Use::kCalibrate})},
     {"photoacoustics.eye_noise", kPulsed},

@@ -29,6 +29,7 @@ enum class Use : std::uint32_t {
   kEstimation = 1U << 12U,
   kSpots = 1U << 13U,
   kCalibrate = 1U << 14U,  ///< --example
+  kExportC = 1U << 15U,    ///< the controller as C
 };
 
 /// A value that was given and that the use has no place for.

@@ -1,0 +1,56 @@
+// `photocoag export-c`: the controller of a configuration as C99.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/export/c_export.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+
+int export_c_command(const ExportCOptions& options) {
+  const Config config = configured(Use::kExportC, options.config, options.set);
+  if (config.photoacoustics.sampling == Sampling::kPulses) {
+    throw Error(ErrorParts{.key = "photoacoustics.sampling",
+                           .problem = "the exported C has no model of single pulses",
+                           .found = "\"pulses\"",
+                           .accepted = "\"instant\""});
+  }
+  const CExportOptions how{.single_precision = options.single_precision,
+                           .prefix = options.prefix,
+                           .config_sha256 = config_sha256(config)};
+  require_exportable(config.control, config.estimator, how);
+  const std::filesystem::path folder = options.out;
+  check_run_folder(folder);
+
+  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
+    draw_progress("reducing", fraction, stage);
+  });
+  const ReducedModel& model = models.reduced();
+  clear_progress();
+  // What treat tells its controller: a declared uncertainty has been searched.
+  const Config controlled = told_to_controller(config, model);
+  const std::vector<ExportedFile> files =
+      export_c(model, controlled.control, config.estimator, how);
+
+  const ClaimedFolder claimed = open_run_folder(folder, config);
+  for (const ExportedFile& file : files) write_file(folder / file.name, file.text);
+  say("photocoag {}: {}\ncontroller as C99, {} precision, horizon {}, order {}, for {:g} ms\n"
+      "WARNING   the supervisor is not in it: see README.md in the folder\n"
+      "written   {}\n",
+      version(), kResearchNotice, options.single_precision ? "single" : "double",
+      controlled.control.horizon, model.order(), model.period * 1e3, folder.string());
+  return 0;
+}
+
+}  // namespace photocoag

@@ -1,0 +1,40 @@
+/* A treatment on the desk: the controller and, as its eye, the reduced model at another absorption
+ * factor. Prints time, power, and the true and the estimated peak. On a microcontroller the body of
+ * the loop is the interrupt handler of a timer, see README.md. Research software, not a medical
+ * device. */
+#include <stdio.h>
+
+#include "pc_controller.h"
+
+#define PERIODS 250
+#define EYE_ALPHA ((pc_real)1.1)
+
+static pc_controller controller;
+
+/* sum_i a_i b_i. */
+static pc_real dot(const pc_real* a, const pc_real* b) {
+  pc_real sum = 0;
+  for (int i = 0; i < PC_ORDER; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+int main(void) {
+  pc_real eye[PC_ORDER] = {0};
+  pc_matrices matrices;
+  pc_evaluate(EYE_ALPHA, &matrices);
+
+  pc_controller_init(&controller);
+  pc_real power = pc_controller_start(&controller);
+  printf("time_ms power_mW peak_K estimated_peak_K\n");
+  for (int n = 1; n <= PERIODS; ++n) {
+    pc_propagate(eye);
+    for (int i = 0; i < PC_ORDER; ++i) eye[i] += matrices.input[i] * power;
+    const pc_real applied = power;
+    power = pc_controller_step(&controller, dot(matrices.volume, eye), applied);
+    if (n <= 10 || n % 50 == 0) {
+      printf("%g %.4f %.4f %.4f\n", n * 1e3 * (double)PC_PERIOD, 1e3 * (double)applied,
+             (double)dot(pc_peak_row, eye), (double)pc_controller_peak(&controller));
+    }
+  }
+  return 0;
+}
