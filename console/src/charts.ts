@@ -220,6 +220,11 @@ class Panel {
     this.plot.setData(store.curves(from, pixels, series) as uPlot.AlignedData);
   }
 
+  destroy(): void {
+    this.plot?.destroy();
+    this.plot = null;
+  }
+
   resize(): void {
     const width = this.host.clientWidth;
     if (this.plot && width > 0 && width !== this.plot.width) this.plot.setSize({ width, height: 170 });
@@ -228,6 +233,7 @@ class Panel {
 
 export class Charts {
   private readonly panels: Panel[];
+  private readonly observer: ResizeObserver;
   whole = false;
 
   constructor(
@@ -237,7 +243,13 @@ export class Charts {
     parent.replaceChildren();
     this.panels = figures(before).map((figure) => new Panel(parent, figure));
     this.rebuild();
-    new ResizeObserver(() => this.panels.forEach((panel) => panel.resize())).observe(parent);
+    this.observer = new ResizeObserver(() => this.panels.forEach((panel) => panel.resize()));
+    this.observer.observe(parent);
+  }
+
+  destroy(): void {
+    this.observer.disconnect();
+    this.panels.forEach((panel) => panel.destroy());
   }
 
   /** With the colours of the scheme in force. */

@@ -66,6 +66,7 @@ function heard(message: Message): void {
       before = message;
       showBefore(message);
       showSelfTest(null);
+      charts?.destroy();
       charts = new Charts(byId("charts"), message);
       fresh = true;
       break;
@@ -84,7 +85,8 @@ function heard(message: Message): void {
       if (charts && live?.state !== "treating") setWhole(true);
       break;
     case "answer":
-      text("answer", message.done ? "" : `${message.command}: ${message.why}.`);
+      if (!message.done) text("answer", `${message.command}: ${message.why}.`);
+      else if (message.command !== "stop") text("answer", "");
       break;
   }
   controls();

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <tuple>
 
 namespace photocoag::testing {
 namespace {
@@ -72,20 +73,33 @@ Browser::~Browser() {
 }
 
 void Browser::open(const std::filesystem::path& file, const Look& look) {
+  visit("file://" + std::filesystem::absolute(file).string(), "file:", look);
+}
+
+void Browser::visit(const std::string& url, const std::string& home, const Look& look) {
   complaints_.clear();
+  home_ = home;
+  resize(look);
+  call("Page.navigate", {{"url", url}});
+  const std::string there =
+      "document.readyState == 'complete' && location.href.startsWith('" + home + "')";
+  while (evaluate(there) != true) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+}
+
+double Browser::heap_bytes() {
+  call("HeapProfiler.collectGarbage");
+  return call("Runtime.getHeapUsage")["usedSize"];
+}
+
+void Browser::resize(const Look& look) {
   call("Emulation.setScriptExecutionDisabled", {{"value", !look.script}});
   call("Emulation.setDeviceMetricsOverride", {{"width", look.width},
                                               {"height", look.height},
-                                              {"deviceScaleFactor", 1},
+                                              {"deviceScaleFactor", look.scale},
                                               {"mobile", false}});
   const char* scheme = look.dark ? "dark" : "light";
   call("Emulation.setEmulatedMedia",
        {{"features", {{{"name", "prefers-color-scheme"}, {"value", scheme}}}}});
-  const std::string url = "file://" + std::filesystem::absolute(file).string();
-  call("Page.navigate", {{"url", url}});
-  const std::string there =
-      "document.readyState == 'complete' && location.href.startsWith('file:')";
-  while (evaluate(there) != true) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
 Browser::Json Browser::evaluate(const std::string& expression) {
@@ -97,8 +111,18 @@ Browser::Json Browser::evaluate(const std::string& expression) {
 }
 
 void Browser::press(const std::string& key) {
-  for (const char* what : {"keyDown", "keyUp"})
-    call("Input.dispatchKeyEvent", {{"type", what}, {"key", key}});
+  Json event = {{"key", key}};
+  // What makes a button feel it.
+  for (const auto& [name, code, text] :
+       {std::tuple{"Enter", 13, "\r"}, {" ", 32, " "}, {"Tab", 9, ""}}) {
+    if (key != name) continue;
+    event["windowsVirtualKeyCode"] = code;
+    if (*text != 0) event["text"] = text;
+  }
+  for (const char* what : {"keyDown", "keyUp"}) {
+    event["type"] = what;
+    call("Input.dispatchKeyEvent", event);
+  }
 }
 
 void Browser::mouse(const std::string& what, double x, double y) {
@@ -127,7 +151,7 @@ Browser::Json Browser::call(const std::string& method, Json parameters) {
         event == "Runtime.consoleAPICalled")
       complaints_.push_back(answer["params"].dump());
     if (event == "Network.requestWillBeSent" &&
-        !answer["params"]["request"]["url"].get<std::string>().starts_with("file:"))
+        !answer["params"]["request"]["url"].get<std::string>().starts_with(home_))
       complaints_.push_back(answer["params"]["request"].dump());
   }
 }

@@ -27,9 +27,16 @@ class Browser {
     int width = 1200, height = 900;
     bool dark = false;
     bool script = true;
+    int scale = 1;  // pixels of the device per pixel: 2 is a zoom of 200 %
   };
   /// Opens a file and waits until it is there.
   void open(const std::filesystem::path& file, const Look& look);
+  /// The same of an address; what is loaded from elsewhere than `home` is a complaint.
+  void visit(const std::string& url, const std::string& home, const Look& look);
+  /// Another window for the page that is there.
+  void resize(const Look& look);
+  /// Of the page's objects, after a collection.
+  double heap_bytes();
   /// The value of an expression of JavaScript. Throws std::runtime_error with what it threw.
   Json evaluate(const std::string& expression);
   void press(const std::string& key);
@@ -43,7 +50,7 @@ class Browser {
   Json read();
   pid_t child_ = -1;
   int to_ = -1, from_ = -1, id_ = 0;
-  std::string session_, rest_;
+  std::string session_, rest_, home_ = "file:";
   std::vector<std::string> complaints_;
 };
 
