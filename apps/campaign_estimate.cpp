@@ -43,7 +43,9 @@ void print_row(const std::string& label, const ByGroup& nees, const ByGroup& cov
 // Over the cycles from 5 ms on, each group by itself.
 template <typename Pick>
 void print_extreme(const Honesty& all, const std::string& label, const Pick& pick) {
-  const auto first = static_cast<std::size_t>(std::lround(kHonestFrom / all.period)) - 1;
+  constexpr double kRounding = 1e-9;
+  const auto first =
+      static_cast<std::size_t>(std::max(1.0, std::ceil(kHonestFrom / all.period - kRounding))) - 1;
   if (first >= all.cycles.size()) return;
   ByGroup nees = all.cycles[first].nees;
   ByGroup covered = all.cycles[first].covered;

@@ -4,9 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "commands.hpp"
+#include "completion.hpp"
 #include "console.hpp"
 #include "console_command.hpp"
 #include "device_commands.hpp"
@@ -38,6 +41,28 @@ void add_run(CLI::App& command, RunOptions& options) {
       ->check(given())
       ->type_name("N");
   add_json(command, options.json);
+}
+
+struct CommandGroup {
+  const char* what_for;
+  std::vector<std::string_view> commands;
+};
+
+// By what people do; --help shows them so. A command that is not here stands by itself.
+void group_commands(CLI::App& app) {
+  const CommandGroup groups[] = {
+      {"Treat", {"treat", "simulate", "console", "session", "config"}},
+      {"Model",
+       {"response", "reduce", "field", "export", "export-c", "boundaries", "discretizations",
+        "information"}},
+      {"Study", {"reproduce", "explain", "sweep", "compare", "campaign", "spots", "estimation"}},
+      {"Device", {"eye", "calibrate", "convert", "replay", "faults"}},
+      {"Machine", {"doctor", "latency", "bench", "completion"}}};
+  for (const CommandGroup& group : groups) {
+    for (const std::string_view name : group.commands) {
+      app.get_subcommand(std::string(name))->group(group.what_for);
+    }
+  }
 }
 
 /// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
@@ -272,6 +297,8 @@ int run_command(int argc, char** argv) {
   add_session(app, exit_code);
   add_study_commands(app, exit_code);
   add_console_command(app, exit_code);
+  add_completion(app, exit_code);
+  group_commands(app);
 
   try {
     app.parse(argc, argv);
