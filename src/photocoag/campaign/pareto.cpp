@@ -171,12 +171,19 @@ Figure pareto_figure(const std::vector<ParetoPoint>& points) {
   panel.series.push_back(std::move(line));
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
+  Series bound{
+      .legend = "if the record were known before", .ink = Ink::kMuted, .dash = Dash::kDashed};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ParetoPoint& point = points[i];
     const double x = held_peak(point);
     if (!std::isfinite(x)) continue;
     low = std::min(low, x);
     high = std::max(high, x);
+    if (point.is_bound) {
+      bound.x.push_back(x);
+      bound.y.push_back(drawn(point.probability));
+      continue;
+    }
     panel.series.push_back({.x = {x, x},
                             .y = {drawn(point.probability_low), drawn(point.probability_high)},
                             .ink = ink_of(i),
@@ -188,6 +195,7 @@ Figure pareto_figure(const std::vector<ParetoPoint>& points) {
                             .mark = Mark::kPoints,
                             .width = 8.0});
   }
+  if (!bound.x.empty()) panel.series.push_back(std::move(bound));
   if (!(low <= high)) low = high = points.empty() ? 0.0 : points.front().peak_reference;
   const double room = std::max(0.25, 0.05 * (high - low));
   return {.description = "Share of the eyes over the limit against the held peak temperature",
@@ -232,7 +240,7 @@ void compare_campaigns(const std::vector<fs::path>& folders, const fs::path& out
   const Table rows = pareto_table(points);
   const PageHead head{.title = "Violation against held temperature",
                       .kicker = "comparison",
-                      .line = fmt::format("{} campaigns", points.size()),
+                      .line = fmt::format("{} campaigns", folders.size()),
                       .notice =
                           "Virtual eyes: what the random inputs leave out, the result leaves "
                           "out."};

@@ -134,7 +134,7 @@ std::string report_page(const RunLog& log, const RunSummary& summary, const RunC
         "p.warning",
         {element("strong", "This eye does not fit the prior."),
          " What the samples showed would be this far from ", element("code", "[[prior]]"),
-         " in fewer than one of 500 treatments: the stated probability may not hold here."});
+         " in one of 500 treatments: the stated probability may not hold here."});
   body += first_numbers(log, summary, config) + figures_section(parts);
   if (field) body += field_section(*field);
   body += page_detail::summary_section(log, summary, config) +
