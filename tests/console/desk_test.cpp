@@ -7,6 +7,7 @@
 #include "photocoag/console/messages.hpp"
 #include "photocoag/console/reasons.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/rt/clock.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {
@@ -155,6 +156,24 @@ TEST(Desk, RowsAreTheLogsAndGapsAreCounted) {
     }
   }
   EXPECT_TRUE(bare.live()["rows"].empty()) << "each row once";
+}
+
+TEST(Desk, TheNewestDatumAgesWhileMoreIsDue) {
+  Bare bare;
+  bare.hooks.came(1);
+  bare.desk.begin({.number = 1, .planned_cycles = 2});
+  EXPECT_TRUE(bare.live()["age_ms"].is_null()) << "the device is tested";
+  LogRecord running = record(0, 0.02);
+  running.wake_late = 0;
+  running.end.sample.now_ns = monotonic_ns() - 300'000'000;
+  running.end.safety.state = SafetyState::kTreating;
+  bare.desk.live().push(running);
+  EXPECT_GE(bare.live()["age_ms"], 300.0);
+  LogRecord last = running;
+  last.cycle = 1;
+  last.end.safety.state = SafetyState::kDone;
+  bare.desk.live().push(last);
+  EXPECT_TRUE(bare.live()["age_ms"].is_null()) << "the run folder is written";
 }
 
 TEST(Desk, TheLastRowsComeBeforeTheSummary) {

@@ -238,7 +238,9 @@ std::string Desk::live_message(std::string rows) {
   const double power = treating && any ? newest_.end.next_power : 0.0;
   const SafetyStatus& safety = newest_.end.safety;
   const double age = static_cast<double>(monotonic_ns() - newest_.end.sample.now_ns) * 1e-6;
-  const bool clocked = treating && any && newest_.wake_late != LogRecord::kNoTime;
+  // After the last cycle nothing more is due: what is left is written to the disk.
+  const bool due = treating && any && safety.state == SafetyState::kTreating &&
+                   newest_.wake_late != LogRecord::kNoTime;
   return fmt::format(
       R"({{"type":"live","state":"{}","reason":"{}","spot":{},"emission":{},"power_W":{},)"
       R"("cycle":{},"planned_cycles":{},"energy_J":{},"exposure_s":{},"thermal_dose":{},)"
@@ -246,7 +248,7 @@ std::string Desk::live_message(std::string rows) {
       to_string(state_), to_string(reason_), spot_.number, power > 0.0, json_number(power),
       any ? next_cycle_ : 0, spot_.planned_cycles, json_number(safety.energy),
       json_number(safety.exposure), json_number(safety.dose), safety.detections, overruns_,
-      dropped_, clocked ? json_number(age) : "null", rows);
+      dropped_, due ? json_number(age) : "null", rows);
 }
 
 std::optional<WebFile> Desk::run_file(std::string_view path) const {
