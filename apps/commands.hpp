@@ -114,6 +114,7 @@ struct ConvertOptions {
   std::string csv;                 ///< file; - is standard output
   std::string hdf5;
   std::string mat;
+  std::string mcap;
   bool recover = false;  ///< run.csv, summary.json and report.html of a run that ended early
 };
 

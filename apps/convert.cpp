@@ -57,16 +57,17 @@ int convert_command(const ConvertOptions& options) {
     }
     recover(options.paths.front());
   }
-  if (options.csv.empty() && options.hdf5.empty() && options.mat.empty()) {
+  if (options.csv.empty() && options.hdf5.empty() && options.mat.empty() && options.mcap.empty()) {
     if (options.recover) return 0;
     throw Error(ErrorParts{.where = "convert",
                            .problem = "nothing to write",
-                           .accepted = "--csv, --hdf5, --mat or --recover"});
+                           .accepted = "--csv, --hdf5, --mat, --mcap or --recover"});
   }
   const DataTable table = table_of_paths(options.paths);
   if (!options.csv.empty()) write_output(options.csv, csv_text(table));
   if (!options.hdf5.empty()) write_hdf5(options.hdf5, table);
   if (!options.mat.empty()) write_mat(options.mat, table);
+  if (!options.mcap.empty()) write_mcap(options.mcap, table);
   say("{} cycles, {} columns\n", table.rows(), table.columns.size());
   return 0;
 }

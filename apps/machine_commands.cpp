@@ -52,10 +52,12 @@ void add_machine_commands(CLI::App& app, int& exit_code) {
       ->type_name("FILE");
   convert_app->add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
   convert_app->add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
+  convert_app->add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
   convert_app->add_flag("--recover", convert_options->recover,
                         "write run.csv, summary.json and report.html from the log");
   convert_app->footer(
       footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
+             "  photocoag convert runs/first --mcap first.mcap\n"
              "  photocoag convert runs/first/log/000000.seg --csv -\n"
              "  photocoag convert runs/killed --recover\n"
              "A run of `simulate` has no log: its run.csv is converted."));

@@ -1,5 +1,5 @@
 // Role: offline; a run as a table of named columns, and its ways into other programs: CSV, HDF5,
-// MAT. Used by `convert`. Source: docs/realtime.md. Units: one per column.
+// MAT, MCAP. Used by `convert`. Source: docs/realtime.md. Units: one per column.
 #pragma once
 
 #include <cstdint>
@@ -44,5 +44,7 @@ void add_truth(DataTable& log, const DataTable& run);
 std::string csv_text(const DataTable& table);
 void write_hdf5(const std::string& file, const DataTable& table);
 void write_mat(const std::string& file, const DataTable& table);
+/// Log times are since the treatment's start. Throws Error also if there is no column time_s.
+void write_mcap(const std::string& file, const DataTable& table);
 
 }  // namespace photocoag
