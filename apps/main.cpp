@@ -13,6 +13,7 @@
 #include "console.hpp"
 #include "console_command.hpp"
 #include "device_commands.hpp"
+#include "driver_check_command.hpp"
 #include "json_object.hpp"
 #include "machine_commands.hpp"
 #include "model_commands.hpp"
@@ -294,6 +295,7 @@ int run_command(int argc, char** argv) {
   spots_app->callback([&] { exit_code = spots_command(spots_options); });
 
   add_device_commands(app, exit_code);
+  add_driver_check(app, exit_code);
   add_session(app, exit_code);
   add_study_commands(app, exit_code);
   add_console_command(app, exit_code);
