@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "photocoag/run/device_self_test.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/safety/supervisor.hpp"
 
@@ -26,6 +27,40 @@ bool accepted(const SelfTestReport& report, const SafetyLimits& limits) {
   Supervisor supervisor(limits, WitnessModel{});
   supervisor.power_on();
   return supervisor.finish_self_test(report);
+}
+
+/// Cold, and its first sample comes after the first wait has given up.
+struct SlowToBegin {
+  int waits = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t writes = 0;
+  double power = 0.0;
+
+  DeviceSample wait_sample(std::uint64_t) noexcept {
+    if (++waits == 1) return {.status = DeviceStatus::kTimeout};
+    DeviceSample sample;
+    sample.status = DeviceStatus::kGood;
+    sample.volume_temperature = 0.0;
+    sample.sequence = ++sequence;
+    return sample;
+  }
+  Readback readback() noexcept { return {.power = power}; }
+  DeviceStatus write_power(double watts, std::uint64_t) noexcept {
+    power = watts;
+    return DeviceStatus::kGood;
+  }
+  void heartbeat(std::uint64_t) noexcept {}
+  void safe_off() noexcept {}
+};
+
+// The treatment's samples are numbered from the device's last one: numbered by the waits, every
+// sample would be one period old for ever.
+TEST(SelfTest, KnowsTheDevicesLastSampleAlsoIfAWaitBroughtNone) {
+  SlowToBegin device;
+  Served served;
+  self_test(device, ControlSettings{}, true, served);
+  EXPECT_EQ(served.sequence, device.sequence);
+  EXPECT_EQ(served.cycles, device.sequence + 1);
 }
 
 TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {

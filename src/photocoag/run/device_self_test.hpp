@@ -17,7 +17,8 @@ namespace photocoag {
 
 /// Where the self-test has left a device.
 struct Served {
-  std::uint64_t cycles = 0;
+  std::uint64_t cycles = 0;    ///< waited for, whether a sample came or not
+  std::uint64_t sequence = 0;  ///< of the last sample
   std::uint64_t token = 0;
 };
 
@@ -36,6 +37,7 @@ SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has
     if (sample.status == DeviceStatus::kGone) {
       throw DeviceError(ErrorParts{.where = "self-test", .problem = "the device has vanished"});
     }
+    if (sample.status == DeviceStatus::kGood) served.sequence = sample.sequence;
     return sample;
   };
   const auto write = [&](double power) { device.write_power(power, ++served.token); };

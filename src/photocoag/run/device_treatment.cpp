@@ -67,7 +67,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
   if constexpr (kEye) device.begin(0);
   const SelfTestReport report = self_test(device, config.control, around.log.healthy(), served);
   const auto loop = [&](auto& supervisor) {
-    ContinuedDevice continued(device, kEye ? 0 : served.cycles, served.token, config.cycles(),
+    ContinuedDevice continued(device, kEye ? 0 : served.sequence, served.token, config.cycles(),
                               around.stop);
     TreatmentObserver observer(period, timed, &around.log, GoalWatch(config), around.onlooker.live);
     if constexpr (kEye) device.begin(config.cycles());
