@@ -57,7 +57,7 @@ void group_commands(CLI::App& app) {
        {"response", "reduce", "field", "export", "export-c", "boundaries", "discretizations",
         "information"}},
       {"Study", {"reproduce", "explain", "sweep", "compare", "campaign", "spots", "estimation"}},
-      {"Device", {"eye", "calibrate", "convert", "replay", "faults"}},
+      {"Device", {"eye", "calibrate", "driver-check", "convert", "replay", "faults"}},
       {"Machine", {"doctor", "latency", "bench", "completion"}}};
   for (const CommandGroup& group : groups) {
     for (const std::string_view name : group.commands) {
