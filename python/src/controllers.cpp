@@ -21,13 +21,13 @@ constexpr const char* kPower = "a finite number of watts";
 // A sample that is not there is NaN; None as well.
 double sample_of(nb::handle value) {
   if (value.is_none()) return std::numeric_limits<double>::quiet_NaN();
-  if (PyFloat_CheckExact(value.ptr())) return PyFloat_AS_DOUBLE(value.ptr());
+  if (PyFloat_CheckExact(value.ptr())) return PyFloat_AsDouble(value.ptr());
   return number_of("volume_temperature", value, kSample, true);
 }
 
 double power_of(nb::handle value) {
   if (PyFloat_CheckExact(value.ptr())) {
-    const double power = PyFloat_AS_DOUBLE(value.ptr());
+    const double power = PyFloat_AsDouble(value.ptr());
     if (std::isfinite(power)) return power;
   }
   return number_of("applied_power", value, kPower);

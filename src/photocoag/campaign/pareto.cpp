@@ -81,11 +81,10 @@ std::vector<ParetoPoint> read_bounds(const fs::path& folder) {
   for (const Json& one : *points) {
     const auto number = [&](const char* key) { return number_of(one, file, key); };
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    ParetoPoint point{.campaign = value_of(json, file, "campaign", true).get<std::string>(),
-                      .half_mean = kNone,
-                      .reached = kNone,
-                      .peak_max = kNone,
-                      .is_bound = true};
+    ParetoPoint point;
+    point.campaign = value_of(json, file, "campaign", true).get<std::string>();
+    point.half_mean = point.reached = point.peak_max = kNone;
+    point.is_bound = true;
     point.name = fmt::format("{}, {} %", name_of(folder), percent(number("limit_probability")));
     point.spots = static_cast<std::uint64_t>(number_of(json, file, "spots"));
     point.violations = static_cast<std::uint64_t>(number("over_limit_spots"));
