@@ -7,7 +7,7 @@ work=$(mktemp -d)
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 chmod 755 "$work"
 tree="$work/a tree"
-mkdir -p "$tree"/{src,apps,cmake,drivers,tests} "$tree"/build/release/{apps,tests} "$work/own/bin"
+mkdir -p "$tree"/{src,apps,cmake,drivers,console/dist,tests} "$tree"/build/release/{apps,tests} "$work/own/bin"
 cp "$1/photocoag" "$tree"
 touch "$tree"/{CMakeLists.txt,src/code.cpp,tests/code.cpp}
 program="$tree/build/release/apps/photocoag"
