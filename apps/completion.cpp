@@ -49,10 +49,11 @@ std::vector<std::string> words_of(const std::string& type) {
 OptionWords option_words(const CLI::Option& option) {
   OptionWords out;
   out.positional = option.get_positional();
-  out.name = out.positional || option.get_lnames().empty() ? option.get_single_name()
-                                                           : "--" + option.get_lnames().front();
+  out.name = out.positional || option.get_lnames().empty()
+                 ? option.get_single_name()
+                 : fmt::format("--{}", option.get_lnames().front());
   if (!out.positional && !option.get_snames().empty()) {
-    out.short_name = "-" + option.get_snames().front();
+    out.short_name = fmt::format("-{}", option.get_snames().front());
   }
   out.description = option.get_description();
   if (option.get_items_expected_max() > 0) {
@@ -159,7 +160,7 @@ complete -o default -F _photocoag photocoag ./photocoag
 std::string in_zsh(const std::vector<CommandWords>& commands) {
   const auto escaped = [](std::string text) {
     for (const char* special : {"\\", "[", "]", ":"}) {
-      text = replaced(std::move(text), special, std::string("\\") + special);
+      text = replaced(std::move(text), special, fmt::format("\\{}", special));
     }
     return quoted_for_shell(std::move(text));
   };
@@ -244,7 +245,7 @@ std::string in_fish(const std::vector<CommandWords>& commands) {
 std::string for_roff(std::string text) {
   text = replaced(replaced(std::move(text), "\\", "\\e"), "-", "\\-");
   text = replaced(std::move(text), "\n.", "\n\\&.");
-  return text.starts_with('.') || text.starts_with('\'') ? "\\&" + text : text;
+  return text.starts_with('.') || text.starts_with('\'') ? fmt::format("\\&{}", text) : text;
 }
 
 std::string as_manual(const CLI::App& app, const std::vector<CommandWords>& commands) {
