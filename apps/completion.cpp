@@ -96,15 +96,19 @@ std::vector<std::string> all_keys() {
   return keys;
 }
 
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-    text.replace(at, from.size(), to);
+std::string replaced(const std::string& text, std::string_view from, std::string_view to) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t found = std::min(text.find(from, at), text.size());
+    out.append(text, at, found - at);
+    if (found < text.size()) out.append(to);
+    at = found + from.size();
   }
-  return text;
+  return out;
 }
 
 // Within single quotes.
-std::string quoted_for_shell(std::string text) { return replaced(std::move(text), "'", "'\\''"); }
+std::string quoted_for_shell(std::string text) { return replaced(text, "'", "'\\''"); }
 
 std::string in_bash(const std::vector<CommandWords>& commands) {
   std::string names;
@@ -160,7 +164,7 @@ complete -o default -F _photocoag photocoag ./photocoag
 std::string in_zsh(const std::vector<CommandWords>& commands) {
   const auto escaped = [](std::string text) {
     for (const char* special : {"\\", "[", "]", ":"}) {
-      text = replaced(std::move(text), special, fmt::format("\\{}", special));
+      text = replaced(text, special, fmt::format("\\{}", special));
     }
     return quoted_for_shell(std::move(text));
   };
@@ -211,7 +215,7 @@ if [ "$funcstack[1]" = _photocoag ]; then _photocoag "$@"; else compdef _photoco
 
 std::string in_fish(const std::vector<CommandWords>& commands) {
   const auto escaped = [](std::string text) {
-    return replaced(replaced(std::move(text), "\\", "\\\\"), "'", "\\'");
+    return replaced(replaced(text, "\\", "\\\\"), "'", "\\'");
   };
   std::string text = fmt::format(
       "# fish completion of photocoag: photocoag completion fish | source\n"
@@ -243,8 +247,8 @@ std::string in_fish(const std::vector<CommandWords>& commands) {
 
 // Text that roff takes as it is.
 std::string for_roff(std::string text) {
-  text = replaced(replaced(std::move(text), "\\", "\\e"), "-", "\\-");
-  text = replaced(std::move(text), "\n.", "\n\\&.");
+  text = replaced(replaced(text, "\\", "\\e"), "-", "\\-");
+  text = replaced(text, "\n.", "\n\\&.");
   return text.starts_with('.') || text.starts_with('\'') ? fmt::format("\\&{}", text) : text;
 }
 
