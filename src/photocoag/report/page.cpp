@@ -130,11 +130,11 @@ std::string report_page(const RunLog& log, const RunSummary& summary, const RunC
   for (const std::string& sentence : contradictions(log, summary))
     body += element("p.warning", {element("strong", "Log and summary disagree."), " ", sentence});
   if (summary.prior_doubtful)
-    body += element(
-        "p.warning",
-        {element("strong", "This eye does not fit the prior."),
-         " What the samples showed would be this far from ", element("code", "[[prior]]"),
-         " in one of 500 treatments: the stated probability may not hold here."});
+    body +=
+        element("p.warning",
+                {element("strong", "This eye does not fit the prior."),
+                 " What the samples showed would be this far from ", element("code", "[[prior]]"),
+                 " in one of 500 treatments: the stated probability may not hold here."});
   body += first_numbers(log, summary, config) + figures_section(parts);
   if (field) body += field_section(*field);
   body += page_detail::summary_section(log, summary, config) +
