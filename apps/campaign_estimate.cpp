@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "console.hpp"
+#include "doubling_cycles.hpp"
 #include "photocoag/campaign/honesty.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -22,14 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr double kHonestFrom = 0.005;   // s: before it hardly anything has been seen
 constexpr std::size_t kFewestEyes = 3;  // a third of alpha each
-
-// Cycles whose rows are printed: about doubling.
-std::vector<std::size_t> rows(std::size_t cycles) {
-  std::vector<std::size_t> shown;
-  for (std::size_t k = 1; k < cycles; k *= 2) shown.push_back(k);
-  shown.push_back(cycles);
-  return shown;
-}
 
 using ByGroup = std::array<double, 4>;
 
@@ -64,7 +57,7 @@ void print_honesty(const Honesty& all) {
   for (int side = 0; side < 2; ++side)
     print("{:>8}{:>8}{:>8}{:>8}", "all", "low", "middle", "high");
   print("   (thirds of alpha)\n");
-  for (const std::size_t k : rows(all.cycles.size())) {
+  for (const std::size_t k : doubling_cycles(all.cycles.size())) {
     print_row(fmt::format("{:g}", static_cast<double>(k) * all.period * 1e3),
               all.cycles[k - 1].nees, all.cycles[k - 1].covered);
   }

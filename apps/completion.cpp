@@ -108,7 +108,7 @@ std::string replaced(const std::string& text, std::string_view from, std::string
 }
 
 // Within single quotes.
-std::string quoted_for_shell(std::string text) { return replaced(text, "'", "'\\''"); }
+std::string quoted_for_shell(const std::string& text) { return replaced(text, "'", "'\\''"); }
 
 std::string in_bash(const std::vector<CommandWords>& commands) {
   std::string names;
@@ -166,7 +166,7 @@ std::string in_zsh(const std::vector<CommandWords>& commands) {
     for (const char* special : {"\\", "[", "]", ":"}) {
       text = replaced(text, special, fmt::format("\\{}", special));
     }
-    return quoted_for_shell(std::move(text));
+    return quoted_for_shell(text);
   };
   std::string names;
   std::string cases;

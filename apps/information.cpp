@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "doubling_cycles.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
@@ -27,18 +28,10 @@ std::string label(const InformationCase& one) {
   return one.known.empty() ? "as declared" : one.known + " known";
 }
 
-// Cycles whose rows are printed: about doubling.
-std::vector<std::size_t> rows(std::size_t cycles) {
-  std::vector<std::size_t> shown;
-  for (std::size_t k = 1; k < cycles; k *= 2) shown.push_back(k);
-  shown.push_back(cycles);
-  return shown;
-}
-
 void print_tables(const Information& all) {
   const InformationCase& declared = all.cases.front();
   print("{:>10}{:>22}{:>22}\n", "time, ms", "stated deviation, K", "error of the peak, K");
-  for (const std::size_t k : rows(declared.peak_sigma.size())) {
+  for (const std::size_t k : doubling_cycles(declared.peak_sigma.size())) {
     print("{:>10g}{:>22.2f}{:>22.2f}\n", static_cast<double>(k) * all.period * 1e3,
           declared.peak_sigma[k - 1], declared.peak_error[k - 1]);
   }

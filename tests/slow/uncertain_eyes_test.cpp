@@ -2,12 +2,18 @@
 // shares no sums with it; the supervisor beside such a controller stops no healthy eye.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "photocoag/campaign/campaign_file.hpp"
 #include "photocoag/campaign/honesty.hpp"
 #include "photocoag/campaign/spot.hpp"
+#include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -55,6 +61,33 @@ TEST(UncertainEyes, APriorThatIsTooNarrowIsSeenByItsErrors) {
   const Honesty all = honesty_of(campaign, make_spot_models(campaign, true), 45);
   EXPECT_GT(all.cycles[249].nees[0], 2.0);
   EXPECT_LT(all.cycles[249].covered[0], 0.85);
+}
+
+// The highest true peak over three absorption factors, and how many treatments were stopped.
+std::pair<double, int> with_samples_a_fifth_too_low(const std::string& config) {
+  double peak = 0.0;
+  int stopped = 0;
+  for (const char* const alpha : {"0.5", "0.7363", "1.1"}) {
+    const Config eye = load_config(PHOTOCOAG_SOURCE_DIR "/configs/" + config,
+                                   {"safety.supervisor=on", "plant.sample_gain=0.8",
+                                    std::string("plant.absorption_factor=") + alpha});
+    ModelStore models(eye, true);
+    const std::atomic<bool> stop{false};
+    std::atomic<std::size_t> progress{0};
+    const Treatment treatment = run_treatment(eye, models, Pacing::kVirtualTime, stop, progress);
+    for (const CycleRecord& cycle : treatment.records) peak = std::max(peak, cycle.truth.peak);
+    stopped += treatment.outcome.stopped ? 1 : 0;
+  }
+  return {peak, stopped};
+}
+
+TEST(UncertainEyes, SamplesThatShowAFifthTooLittleAreNotNoticed) {
+  const auto [uncertain, unnoticed] = with_samples_a_fifth_too_low("uncertain-eye.toml");
+  EXPECT_NEAR(uncertain, 33.1, 0.2);
+  EXPECT_EQ(unnoticed, 0);
+  const auto [nominal, stopped] = with_samples_a_fifth_too_low("paper-1khz.toml");
+  EXPECT_NEAR(nominal, 35.7, 0.2);
+  EXPECT_EQ(stopped, 3);
 }
 
 TEST(UncertainEyes, HealthyOnesOfLittlePigmentAreNotStopped) {

@@ -1,8 +1,5 @@
 #include "photocoag/rt/driver_promises.hpp"
 
-#include <dlfcn.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -13,112 +10,13 @@
 
 #include "photocoag/device/driver.h"
 #include "photocoag/rt/clock.hpp"
+#include "photocoag/rt/tried_driver.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kPeriods = 40;
 constexpr double kNoLight = 1e-6;    // W
 constexpr double kTolerance = 0.25;  // of a power that is read back
-
-template <typename... T>
-[[noreturn]] void broken(fmt::format_string<T...> format, const T&... values) {
-  throw BrokenPromise{fmt::vformat(format, fmt::make_format_args(values...))};
-}
-
-const photocoag_driver_table* table_of(const DriverCheckSettings& s, void** library = nullptr) {
-  void* handle = dlopen(s.library.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (handle == nullptr) broken("the library cannot be loaded: {}", dlerror());
-  if (library != nullptr) *library = handle;
-  using Entry = const photocoag_driver_table* (*)();
-  const auto entry = reinterpret_cast<Entry>(dlsym(handle, "photocoag_driver"));
-  if (entry == nullptr) broken("there is no function photocoag_driver");
-  const photocoag_driver_table* table = entry();
-  if (table == nullptr) broken("photocoag_driver() returns no table");
-  return table;
-}
-
-/// A device that is open, or open and armed; each answer is looked at.
-class Tried {
- public:
-  explicit Tried(const DriverCheckSettings& s, bool armed = true)
-      : table_(table_of(s, &library_)), period_(static_cast<std::int64_t>(s.period * 1e9 + 0.5)) {
-    std::array<char, 256> message{};
-    const std::int32_t opened =
-        table_->open(&device_, s.settings.c_str(), message.data(), message.size() - 1);
-    if (known(opened, "open") != PHOTOCOAG_GOOD || device_ == nullptr) {
-      throw UnopenedDevice{message.data()};
-    }
-    if (!armed) return;
-    if (known(table_->arm(device_, period_), "arm") != PHOTOCOAG_GOOD) {
-      throw UnopenedDevice{fmt::format("it does not take a control period of {} ns", period_)};
-    }
-  }
-
-  static std::int32_t known(std::int32_t answer, const char* call) {
-    if (answer < PHOTOCOAG_GOOD || answer > PHOTOCOAG_GONE) {
-      broken("{} answers {}, which is no status", call, answer);
-    }
-    return answer;
-  }
-  photocoag_sample sample() {
-    photocoag_sample sample{kNaN, 0, 0, 0, 0, 0};
-    const std::int32_t answer = wait(sample, monotonic_ns() + 50 * period_);
-    if (answer != PHOTOCOAG_GOOD) broken("wait_sample answers {} with 50 periods of time", answer);
-    return sample;
-  }
-  std::int32_t wait(photocoag_sample& sample, std::int64_t deadline) {
-    return known(table_->wait_sample(device_, deadline, &sample), "wait_sample");
-  }
-  std::int32_t write(double power, std::uint64_t token) {
-    return known(table_->write_power(device_, power, token), "write_power");
-  }
-  std::int32_t write(double power) { return write(power, ++token_); }
-  photocoag_readback readback() {
-    photocoag_readback answer{kNaN, kNaN, -1, -1, -1};
-    if (known(table_->readback(device_, &answer), "readback") != PHOTOCOAG_GOOD) {
-      broken("readback does not answer");
-    }
-    return answer;
-  }
-  void heartbeat(std::uint64_t cycle) { known(table_->heartbeat(device_, cycle), "heartbeat"); }
-  void safe_off() { table_->safe_off(device_); }
-  void close() { table_->close(device_); }
-  std::uint64_t token() const noexcept { return token_; }
-  std::int64_t period() const noexcept { return period_; }
-  void* library() const noexcept { return library_; }
-
-  /// Writes `power` each period, as the loop does; the highest power that is read back meanwhile.
-  double emit(double power, int periods = kPeriods) {
-    double highest = 0.0;
-    for (int k = 0; k < periods; ++k) {
-      write(power);
-      sample();
-      highest = std::max(highest, readback().power);
-    }
-    return highest;
-  }
-  /// Fetches samples until one is `periods` younger than `since`, however many were waiting, with
-  /// `each` before it; the power of that one's period.
-  template <typename F>
-  double power_after(std::int64_t since, int periods, F&& each) {
-    for (int k = 0; k < 1000; ++k) {
-      each();
-      const photocoag_sample now = sample();
-      const double power = readback().power;
-      if (now.time_ns > since + periods * period_) return power;
-    }
-    broken("a thousand samples, and none of the last {} periods", periods);
-  }
-
- private:
-  void* library_ = nullptr;
-  const photocoag_driver_table* table_;
-  void* device_ = nullptr;
-  std::int64_t period_;
-  std::uint64_t token_ = 0;
-};
 
 void table(const DriverCheckSettings& s) {
   const photocoag_driver_table* t = table_of(s);
@@ -173,7 +71,7 @@ void order(const DriverCheckSettings& s) {
   Tried device(s);
   photocoag_sample last = device.sample();
   if (last.sequence != 1) broken("the first sample has the number {}, not 1", last.sequence);
-  for (int k = 0; k < kPeriods; ++k) {
+  for (int k = 0; k < kTriedPeriods; ++k) {
     device.write(0.0);
     const photocoag_sample sample = device.sample();
     if (sample.sequence != last.sequence + 1) {
@@ -257,7 +155,8 @@ void tokens(const DriverCheckSettings& s) {
 
 void powers(const DriverCheckSettings& s) {
   Tried device(s);
-  for (const double power : {kNaN, -s.power, std::numeric_limits<double>::infinity()}) {
+  for (const double power : {std::numeric_limits<double>::quiet_NaN(), -s.power,
+                             std::numeric_limits<double>::infinity()}) {
     if (device.write(power) == PHOTOCOAG_GOOD) broken("a power of {} W is taken", power);
   }
   device.close();
@@ -265,8 +164,8 @@ void powers(const DriverCheckSettings& s) {
 
 void readback(const DriverCheckSettings& s) {
   Tried device(s);
-  double best = kNaN;
-  for (int k = 0; k < kPeriods; ++k) {
+  double best = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 0; k < kTriedPeriods; ++k) {
     if (device.write(s.power) != PHOTOCOAG_GOOD) broken("write_power refuses {:g} W", s.power);
     device.sample();
     const photocoag_readback answer = device.readback();
@@ -351,7 +250,7 @@ void times(const DriverCheckSettings& s) {
     call();
     list.push_back(monotonic_ns() - begin);
   };
-  for (int k = 0; k < kPeriods; ++k) {
+  for (int k = 0; k < kTriedPeriods; ++k) {
     device.sample();
     timed(all[0], [&] { device.write(0.0); });
     timed(all[1], [&] { device.readback(); });
@@ -377,7 +276,7 @@ void allocation(const DriverCheckSettings& s) {
   device.heartbeat(1);
   device.safe_off();
   if (const long count = counted_allocations() - before; count > 0) {
-    broken("{} allocations in {} periods after arm", count, kPeriods);
+    broken("{} allocations in {} periods after arm", count, kTriedPeriods);
   }
   device.close();
 }

@@ -5,17 +5,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <optional>
-#include <variant>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/faults/faulty_controller.hpp"
 #include "photocoag/faults/faulty_device.hpp"
-#include "photocoag/fom/intersample_plant.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
+#include "photocoag/trials/trial_eye.hpp"
 
 namespace photocoag {
 namespace {
@@ -53,59 +51,6 @@ SafetyLimits limits_for(const Bench& bench, const FaultCase& test) {
   if (reason == SafetyReason::kThermalDose) limits.dose_max = 0.02;
   return limits;
 }
-
-/// An eye whose absorption changes: heat from before a change stays where it was absorbed.
-class ChangingEye {
- public:
-  /// `later` has absorbed by the full change; with each period `step` of it is reached, from cycle
-  /// `start` on.
-  ChangingEye(FullOrderPlant first, std::optional<FullOrderPlant> later, std::uint64_t start,
-              double step)
-      : first_(std::move(first)), later_(std::move(later)), start_(start), step_(step) {}
-  void step(double power) noexcept {
-    const std::uint64_t cycle = cycle_++;
-    const double share = later_ && cycle >= start_
-                             ? std::min(1.0, step_ * static_cast<double>(cycle - start_ + 1))
-                             : 0.0;
-    first_.step((1.0 - share) * power);
-    if (later_) later_->step(share * power);
-  }
-  Outputs outputs() const noexcept {
-    const Outputs first = first_.outputs();
-    if (!later_) return first;
-    const Outputs later = later_->outputs();
-    return {.volume = first.volume + later.volume, .peak = first.peak + later.peak};
-  }
-
- private:
-  FullOrderPlant first_;
-  std::optional<FullOrderPlant> later_;
-  std::uint64_t start_;
-  double step_;
-  std::uint64_t cycle_ = 0;
-};
-
-/// The eye of a trial: one that changes, or one that is not seen or heated when it should be.
-class TrialEye {
- public:
-  explicit TrialEye(ChangingEye eye) : eye_(std::move(eye)) {}
-  explicit TrialEye(IntersamplePlant eye) : eye_(std::move(eye)) {}
-  void step(double power) noexcept {
-    if (auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->step(power);
-    std::get_if<IntersamplePlant>(&eye_)->step(power);
-  }
-  Outputs outputs() const noexcept {
-    if (const auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->outputs();
-    return std::get_if<IntersamplePlant>(&eye_)->outputs();
-  }
-  double sample() const noexcept {
-    if (const auto* changing = std::get_if<ChangingEye>(&eye_)) return changing->outputs().volume;
-    return std::get_if<IntersamplePlant>(&eye_)->sample();
-  }
-
- private:
-  std::variant<ChangingEye, IntersamplePlant> eye_;
-};
 
 TrialEye eye_for(const Bench& bench, const Injection& injection) {
   constexpr double kDriftEnd = 0.5;  // of alpha, beyond what a trial reaches
