@@ -6,6 +6,7 @@
 
 # %%
 import control
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
@@ -79,6 +80,19 @@ for alpha in (0.5, 0.8, 1.1, 1.4):
             "RMS after 50 ms, K": summary["rms_error_after_50_ms_K"],
         })
 pd.DataFrame(rows).set_index(["alpha", "controller"]).round(2)
+
+# %% [markdown]
+# The weakest eye, cycle by cycle:
+
+# %%
+weak = config.update({"plant.absorption_factor": 0.5, "safety.supervisor": "off"})
+figure, axes = plt.subplots(layout="constrained")
+for name, part in (("MPC", None), ("PI", ProportionalIntegral()), ("LQR", LinearQuadratic())):
+    cycles = pc.simulate(weak, seed=3, controller=part).cycles
+    axes.plot(1e3 * cycles["time_s"], cycles["peak_true_K"], label=name)
+axes.axhline(config.control.peak_max_K, color="#b3261e", linewidth=1)
+axes.set(xlabel="time, ms", ylabel="true peak, K")
+axes.legend()
 
 # %% [markdown]
 # Both have gains that were chosen for one absorption factor and know no limit. Tune them: the comparison is as fair as the

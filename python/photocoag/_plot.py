@@ -23,11 +23,11 @@ def style(axes: Any, label: str) -> None:
 
 def plot_run(run: Run) -> Figure:
     """Peak, volume temperature, power and absorption estimate over time."""
-    from matplotlib.figure import Figure
+    from ._figure import ShownFigure
 
     cycles, control = run.cycles, run.config.control
     time = cycles["time_s"] * 1e3
-    figure = Figure(figsize=(8, 8), layout="constrained")
+    figure = ShownFigure(figsize=(8, 8), layout="constrained")
     peak, volume, power, absorption = figure.subplots(4, 1, sharex=True)
     peak.axhline(control.peak_max_K, color=RED, linewidth=1, label="limit")
     peak.axhline(control.peak_reference_K, color=GREY, linewidth=1, linestyle="--", label="reference")

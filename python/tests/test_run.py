@@ -67,7 +67,8 @@ def test_tables_and_pictures(run):
     frame = run.to_pandas()
     assert len(frame) == len(run) == 250 and frame.attrs["units"]["power_W"] == "W"
     assert frame["peak_true_K"].max() == run.summary["peak_true_max_K"]
-    assert len(run.plot().axes) == 4
+    figure = run.plot()
+    assert len(figure.axes) == 4 and figure._repr_png_().startswith(b"\x89PNG")
     assert "250 cycles" in repr(run) and "<table>" in run._repr_html_()
 
 
