@@ -2,17 +2,15 @@
 #include "console_command.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include "configured.hpp"
 #include "console.hpp"
+#include "console_parts.hpp"
+#include "console_session.hpp"
 #include "options.hpp"
 #include "photocoag/console/describe.hpp"
 #include "photocoag/console/desk.hpp"
@@ -39,34 +37,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-
-constexpr auto kLook = 50ms;  // at the terminal, the server and signals, between spots
-
-std::string words_of(const Config& config, const std::optional<DeviceAddress>& device) {
-  if (!device) {
-    return config.plant.model == PlantModel::kFull ? "simulated eye, full order"
-                                                   : "simulated eye, reduced model";
-  }
-  if (!device->eye()) return "driver " + device->path;
-  return device->own_process ? "simulated eye in a process of its own"
-                             : "simulated eye at " + device->path;
-}
-
-/// Enter at the terminal, if standard input is one that is open.
-class Terminal {
- public:
-  bool enter() noexcept {
-    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-    if (!open_ || poll(&input, 1, 0) <= 0) return false;
-    std::array<char, 256> bytes{};
-    const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
-    open_ = count > 0;
-    return open_ && std::string_view(bytes.data(), static_cast<std::size_t>(count)).back() == '\n';
-  }
-
- private:
-  bool open_ = true;
-};
 
 /// What all spots share. `config` changes its seed from spot to spot, nothing else.
 struct Bench {
@@ -110,6 +80,7 @@ std::string write_spot(Bench& bench, const fs::path& folder, const Treatment& tr
 }
 
 void spot(Bench& bench, Desk& desk) {
+  if (!desk.commit()) return;
   ++bench.spots;
   const ClaimedFolder claimed = folder_of_spot(bench);
   desk.begin({.number = bench.spots, .planned_cycles = bench.config.cycles()});
@@ -160,13 +131,14 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
       break;
     }
     if (terminal.enter()) desk.enter();
-    switch (desk.wait(kLook)) {
+    switch (desk.wait(kConsoleLook)) {
       case Desk::Wish::kStart:
         spot(bench, desk);
         break;
       case Desk::Wish::kReset:
         prepare_spot(bench, desk);
         break;
+      case Desk::Wish::kChoice:  // of sessions
       case Desk::Wish::kNone:
         break;
     }
@@ -180,6 +152,7 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
 }  // namespace
 
 int console_command(const ConsoleOptions& options) {
+  if (!options.session.empty()) return console_session(options);
   TreatmentPlace place;
   std::optional<DeviceAddress>& device = place.device;
   if (!options.device.empty()) device = parse_device(options.device);
@@ -198,22 +171,15 @@ int console_command(const ConsoleOptions& options) {
   Config controlled = config;
   if (wants_margin(config)) controlled = backed_off(config, tissue_margin(config, model));
 
-  const ConsoleDevice what{.name = words_of(config, device),
-                           .browser_starts = !device || device->eye(),
-                           .self_test_first = !device};
+  const ConsoleDevice what = console_device(config, device);
   Desk desk({.browser_starts = what.browser_starts,
              .period = config.control.period,
              .stop = ask_to_stop,
              .resume = forget_stop,
              .before = before_message(controlled, model, what, examine(own_privileges()))});
-  const ConsoleServer server(
-      {.port = static_cast<std::uint16_t>(options.port), .token = random_token(), .limits = {}},
-      desk.hooks(page_file, [](std::string_view line) { say("{}\n", line); }));
+  const ConsoleServer server(console_settings(options), console_hooks(desk));
   stop_on_signals();
-  say("console   {}\n", server.address());
-  say("          Ctrl-C stops the laser and ends; {}\n",
-      what.browser_starts ? "Enter starts a spot, as the page can"
-                          : "Enter starts a spot: the page cannot start a device");
+  say_address(server, what.browser_starts);
   Bench bench{.config = config,
               .controlled = controlled,
               .place = place,
@@ -228,8 +194,17 @@ void add_console_command(CLI::App& app, int& exit_code) {
       "console", "treat live in the browser: a page on this machine alone, spot after spot");
   add_common(*console, *options);
   add_cache(*console, *options);
-  console->add_option("--device", options->device, "as of treat; default: a simulated eye")
-      ->type_name("DEVICE");
+  CLI::Option* device =
+      console->add_option("--device", options->device, "as of treat; default: a simulated eye")
+          ->type_name("DEVICE");
+  console
+      ->add_option("--session", options->session,
+                   "the spots of a session file (docs/sessions.md) in the folder of --out, which "
+                   "is continued")
+      ->type_name("FILE")
+      ->excludes(device)
+      ->excludes("--config")
+      ->excludes("--set");
   console->add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
       ->check(whole_number_from(0, 65535))
       ->type_name("P");
@@ -242,6 +217,7 @@ void add_console_command(CLI::App& app, int& exit_code) {
       footer("  photocoag console\n"
              "  photocoag console --port 8080 --set run.duration_ms=10000\n"
              "  photocoag console --device eye\n"
+             "  photocoag console --session studies/sessions/grid.toml --out runs/grid\n"
              "Open the address it prints; it holds a token. The browser can stop; it can "
              "start only a simulated eye."));
   console->callback([options, &exit_code] { exit_code = console_command(*options); });

@@ -12,9 +12,10 @@ class App;
 namespace photocoag {
 
 struct ConsoleOptions : CommonOptions {
-  std::string out;     ///< folder for the run folders of all spots; empty: new ones below runs/
-  std::string device;  ///< empty, or see run/device_address.hpp
-  int port = 0;        ///< 0: any that is free
+  std::string out;      ///< folder for the run folders of all spots; empty: new ones below runs/
+  std::string device;   ///< empty, or see run/device_address.hpp
+  std::string session;  ///< file of a session; empty: spot after spot of one configuration
+  int port = 0;         ///< 0: any that is free
 };
 
 int console_command(const ConsoleOptions& options);

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -16,13 +15,12 @@
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/files.hpp"
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/session/learning_study.hpp"
 #include "photocoag/session/run_session.hpp"
 #include "photocoag/session/session_record.hpp"
-#include "photocoag/session/session_report.hpp"
 #include "session_command.hpp"
+#include "session_end.hpp"
 
 namespace photocoag {
 namespace {
@@ -99,21 +97,6 @@ int study(const SessionCommandOptions& options, const Session& session) {
   return 0;
 }
 
-void write_all(const fs::path& out, const Session& session, const SessionResult& result) {
-  write_file((out / "session.json").string(), session_json(session, result));
-  write_file((out / "summary.json").string(), session_summary_json(session, result));
-  write_session_table(out / "session.h5", session, result);
-  write_file((out / "index.html").string(), session_page(session, result));
-}
-
-void tell_uncertain(const Session& session, const SessionResult& result) {
-  for (std::size_t k = 0; k < session.spots.size(); ++k) {
-    if (result.spots[k].ending() != SpotEnding::kMayHaveEmitted || result.spots[k].wanted) continue;
-    say("spot {:<6} interrupted, may have emitted: not repeated without --repeat {}\n",
-        session.spots[k].name, session.spots[k].name);
-  }
-}
-
 }  // namespace
 
 int session_command(const SessionCommandOptions& options) {
@@ -134,22 +117,7 @@ int session_command(const SessionCommandOptions& options) {
                                .ask = operator_of(options.ask)};
   std::atomic<std::size_t> progress{0};
   const SessionResult result = run_session(session, request, stop_requested(), progress);
-  write_all(request.out, session, result);
-  tell_uncertain(session, result);
-  const SessionTotals totals = totals_of(result);
-  say("session   {} of {} spots treated, {} over the limit, {} stopped, {} may have emitted; "
-      "{:.4g} mJ\n",
-      totals.treated, totals.spots, totals.over_limit, totals.stopped, totals.uncertain,
-      totals.energy_mJ);
-  if (!result.why.empty()) say("ENDED     {}\n", result.why);
-  say("report    {}\n", (request.out / "index.html").string());
-  constexpr int kDeviceFault = 3;
-  const bool clean = std::all_of(result.spots.begin(), result.spots.end(), [](const auto& spot) {
-    return went_to_its_end(spot.ending()) || spot.ending() == SpotEnding::kSkipped;
-  });
-  const int code = result.end == SessionEnd::kDeviceFault         ? kDeviceFault
-                   : result.end == SessionEnd::kComplete && clean ? 0
-                                                                  : 1;
+  const int code = finish_session(request.out, session, result);
   return with_json(options.json, "session", code, request.out,
                    summary_object(session_summary_json(session, result)));
 }

@@ -3,6 +3,7 @@ import { defineConfig } from "vite";
 // Fixed names: console/embed.cmake compiles these three files into the program.
 export default defineConfig({
   base: "./",
+  esbuild: { legalComments: "inline" },
   build: {
     target: "es2022",
     modulePreload: { polyfill: false },
@@ -11,8 +12,8 @@ export default defineConfig({
       output: {
         entryFileNames: "app.js",
         assetFileNames: "app.[ext]",
-        // The minifier drops it, its licence asks for it.
-        postBanner: "/* uPlot: Copyright (c) 2025, Leon Sorokin. MIT licence. photocoag: Apache-2.0. */",
+        // "!": the minifier keeps it, as uPlot's licence asks.
+        banner: "/*! uPlot: Copyright (c) 2025, Leon Sorokin. MIT licence. photocoag: Apache-2.0. */",
       },
     },
   },

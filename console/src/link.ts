@@ -73,6 +73,38 @@ export interface Role {
   type: "role";
   operator: number;
   clients: number;
+  choices: string[];
+  run_on: boolean;
+  spots: string[]; // that may be named
+}
+export interface SessionSpot {
+  name: string;
+  x_um: number;
+  y_um: number;
+  reference_K: number;
+  duration_ms: number;
+  most_energy_mJ: number;
+  ending: string;
+  words: string;
+  wanted: boolean;
+  attempts: number;
+  run?: number;
+  why?: string;
+  energy_mJ?: number | null;
+  peak_K?: number | null;
+  peak_is_true?: boolean;
+}
+export interface Session {
+  type: "session";
+  title: string;
+  folder: string;
+  phase: string;
+  spot: string;
+  why: string;
+  pause_ms: number;
+  begun_unix_s: number;
+  limits: { name: string; used: number | null; most: number | null; unit: string }[];
+  spots: SessionSpot[];
 }
 export interface Answer {
   type: "answer";
@@ -80,7 +112,7 @@ export interface Answer {
   done: boolean;
   why: string;
 }
-export type Message = Live | Before | SelfTest | Spot | Hello | Role | Answer;
+export type Message = Live | Before | SelfTest | Spot | Hello | Role | Session | Answer;
 
 const kRetryMs = 300;
 

@@ -1,7 +1,8 @@
 // The page: what the server says onto the screen, what the operator wants to the server.
 import { Charts } from "./charts";
-import { Link, type Before, type Live, type Message, token } from "./link";
+import { Link, type Before, type Live, type Message, type Role, type Session, token } from "./link";
 import { byId, showBefore, showSelfTest, showSpot } from "./panels";
+import { sessionWords, showLimits, showSession } from "./session";
 import { Store } from "./store";
 
 const kStaleMs = 250;
@@ -16,12 +17,19 @@ const kStates: Record<string, [string, string]> = {
   safe_stop: ["▲ SAFE STOP", "Latched at 0 W: read why below, then prepare the next spot."],
 };
 
+const kOverInSession: Record<string, string> = {
+  done: "Over: nothing is emitted.",
+  safe_stop: "Latched at 0 W: read why below.",
+};
+
 const store = new Store();
 let charts: Charts | null = null;
 let before: Before | null = null;
 let live: Live | null = null;
 let me = 0;
 let operator = 0;
+let role: Role | null = null;
+let session: Session | null = null;
 let heardAt = performance.now();
 let paused = false;
 let fresh = false;
@@ -38,7 +46,9 @@ const show = (id: string, visible: boolean) => {
 const link = new Link(heard, (connected, ever) => {
   if (!connected) {
     operator = me = 0;
+    role = null;
     text("role", "");
+    drawSession();
     banner(
       ever
         ? "NO CONNECTION. What is shown is old; the laser's state is not known here. Stop at the device or the terminal. Reconnecting…"
@@ -75,7 +85,13 @@ function heard(message: Message): void {
       break;
     case "role":
       operator = message.operator;
+      role = message;
       text("role", roleWords(message.clients));
+      drawSession();
+      break;
+    case "session":
+      session = message;
+      drawSession();
       break;
     case "live":
       onLive(message);
@@ -90,6 +106,14 @@ function heard(message: Message): void {
       break;
   }
   controls();
+}
+
+function drawSession(): void {
+  if (!session) return;
+  text("session-words", sessionWords(session));
+  text("spot-number", session.spot || "–");
+  document.body.classList.add("with-session");
+  showSession(session, role, operator === me && me > 0, token(), (command) => link.send(command));
 }
 
 function roleWords(clients: number): string {
@@ -116,7 +140,7 @@ function onLive(message: Live): void {
   text("energy", (message.energy_J * 1e3).toFixed(2));
   text("exposure", (message.exposure_s * 1e3).toFixed(0));
   text("dose", message.thermal_dose.toPrecision(3));
-  text("spot-number", message.spot > 0 ? String(message.spot) : "");
+  if (!session) text("spot-number", message.spot > 0 ? String(message.spot) : "");
   byId("emission-box").classList.toggle("alarm", message.emission);
   byId("state-box").classList.toggle("alarm", message.state === "safe_stop");
   stateWords(message);
@@ -125,7 +149,8 @@ function onLive(message: Live): void {
 function stateWords(message: Live): void {
   const [name, words] = kStates[message.state] ?? [message.state, ""];
   text("state", name);
-  const parts = [words];
+  const over = message.state === "done" || message.state === "safe_stop";
+  const parts = [session && over ? kOverInSession[message.state] : words];
   if (message.state === "treating") {
     parts.push(`Cycle ${message.cycle} of ${message.planned_cycles}.`);
     const reason = store.word("safety_reason");
@@ -145,9 +170,23 @@ function controls(): void {
   show("arm", can && state === "standby");
   show("start", can && state === "ready");
   show("disarm", can && state === "ready");
-  show("reset", can && (state === "done" || state === "safe_stop"));
+  const over = state === "done" || state === "safe_stop";
+  show("reset", can && over && (!session || session.phase === "before"));
+  text("reset", session ? "Test again" : "Prepare next spot");
+  sessionControls(mine, can);
   show("operate", link.connected && me > 0 && operator === 0);
   show("release", mine);
+}
+
+function sessionControls(mine: boolean, can: boolean): void {
+  show("session-buttons", mine && session !== null);
+  show("session-words", session !== null);
+  if (!session) return;
+  const choices = role?.choices ?? [];
+  for (const choice of ["accept", "skip", "continue", "end"]) show(choice, choices.includes(choice));
+  show("repeat", choices.includes("repeat") && session.phase === "after");
+  show("run_on", can && session.phase !== "ended");
+  byId("run_on").setAttribute("aria-pressed", String(role?.run_on ?? false));
 }
 
 function stop(): void {
@@ -203,9 +242,10 @@ byId("stop").addEventListener("pointerdown", stop);
 byId("stop").addEventListener("click", (event) => {
   if (event.detail === 0) stop(); // by Enter: a pointer has stopped already
 });
-for (const command of ["arm", "disarm", "start", "reset", "operate", "release"]) {
+for (const command of ["arm", "disarm", "start", "reset", "operate", "release", "accept", "repeat", "skip", "continue", "end"]) {
   byId(command).addEventListener("click", () => link.send(command));
 }
+byId("run_on").addEventListener("click", () => link.send(role?.run_on ? "run_off" : "run_on"));
 byId("pause").addEventListener("click", () => {
   paused = !paused;
   byId("pause").setAttribute("aria-pressed", String(paused));
@@ -217,5 +257,6 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   fresh = true;
 });
 setInterval(watch, 50);
+setInterval(() => session && showLimits(session), 1000);
 requestAnimationFrame(draw);
 controls();

@@ -1,7 +1,7 @@
 // What is shown before and after a spot: lists of names and values, never more than text.
 import type { Before, Finding, Line, SelfTest, Spot } from "./link";
 
-const make = <K extends keyof HTMLElementTagNameMap>(
+export const make = <K extends keyof HTMLElementTagNameMap>(
   tag: K,
   text = "",
   className = "",
@@ -14,7 +14,7 @@ const make = <K extends keyof HTMLElementTagNameMap>(
 
 export const byId = (id: string) => document.getElementById(id)!;
 
-function list(lines: Line[]): HTMLDListElement {
+export function list(lines: Line[]): HTMLDListElement {
   const dl = make("dl", "", "lines");
   for (const line of lines) {
     const row = make("div");

@@ -128,6 +128,25 @@ TEST(SessionCommand, CtrlCIsDarkFirstAndTheFolderIsComplete) {
   EXPECT_EQ(json_of(sandbox, "s/session.json")["plan"][1]["ending"], "treated");
 }
 
+TEST(SessionCommand, OnAnEyeEachSpotHasAProcessOfItsOwn) {
+  const Sandbox sandbox;
+  write_all(sandbox.path("s.toml"),
+            "[session]\ndevice = \"eye\"\nlearn = true\n"
+            "set = [\"grid.min_cells=2000\", \"photoacoustics.eye_pacing=lockstep\"]\n"
+            "[[spot]]\nname = \"A\"\nduration_ms = 60\n"
+            "[[spot]]\nname = \"B\"\nduration_ms = 60\nset = "
+            "[\"plant.absorption_factor=0.6\"]\n");
+  const ProgramResult result = sandbox.run("session s.toml --out s");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json session = json_of(sandbox, "s/session.json");
+  EXPECT_EQ(session["treated_spots"], 2);
+  const double a = session["attempt"][0]["absorption"], b = session["attempt"][1]["absorption"];
+  EXPECT_GT(a, b + 0.2) << "each process has its spot's eye: 1.1 and 0.6";
+  EXPECT_NE(session["attempt"][1]["prior"], session["attempt"][0]["prior"]) << "what was learnt";
+  const Json summary = json_of(sandbox, "s/spots/002-B/summary.json");
+  EXPECT_EQ(summary["device"]["lockstep"], true) << summary["device"];
+}
+
 TEST(SessionCommand, ADeviceThatFailsEndsTheSessionWithExitCode3) {
   const Sandbox sandbox;
   write_all(sandbox.path("s.toml"), std::string("[session]\ndevice = \"driver:") +

@@ -105,6 +105,44 @@ class ConsolePage : public ::testing::Test {
       while (!desk_.live().push(record)) std::this_thread::sleep_for(5ms);
     }
   }
+  /// A session with a spot of each outcome; the last one is next.
+  void tell_session() {
+    Browser::Json spots = Browser::Json::array();
+    int k = 0;
+    for (const char* ending : {"treated", "goal-missed", "over-limit", "stopped", "device-fault",
+                               "interrupted", "may-have-emitted", "skipped", "planned"}) {
+      ++k;
+      spots.push_back({{"name", fmt::format("A{}", k)},
+                       {"x_um", 300 * (k % 5)},
+                       {"y_um", k < 5 ? 0 : -300},
+                       {"reference_K", 30},
+                       {"duration_ms", 100},
+                       {"most_energy_mJ", 10.1},
+                       {"ending", ending},
+                       {"words", ending},
+                       {"wanted", k == 9},
+                       {"attempts", k < 8 ? 1 : 0}});
+      if (k >= 8) continue;
+      spots.back().update({{"run", k},
+                           {"why", "supervisor: stuck (safe_stop)"},
+                           {"energy_mJ", 5.0},
+                           {"peak_K", 30.1}});
+    }
+    desk_.tell_session(Browser::Json{
+        {"type", "session"},
+        {"title", "nine"},
+        {"folder", "/runs/nine"},
+        {"phase", "before"},
+        {"spot", "A9"},
+        {"why", ""},
+        {"pause_ms", 50},
+        {"begun_unix_s", 1.0},
+        {"limits", {{{"name", "Energy"}, {"used", 40}, {"most", 100}, {"unit", "mJ"}}}},
+        {"spots", spots}}.dump());
+    desk_.offer({"skip", "end", "repeat"}, {"A1", "A5"});
+    wait_for("document.getElementById('session-words').textContent.includes('is next')");
+    wait_for("document.querySelectorAll('#spots tbody button').length == 2");
+  }
   /// Dark pixels of the first figure between 15 and 25 K.
   double ink_in_the_middle() {
     return js("(() => { const c = document.querySelector('#charts canvas'), g = c.getContext('2d');"
@@ -224,7 +262,33 @@ TEST_F(ConsolePage, ADeadServerIsABannerAndANewOneIsFoundAgain) {
   wait_for("!document.getElementById('arm').hidden");
 }
 
+TEST_F(ConsolePage, ASessionByKeyboardAlone) {
+  tell_session();
+  EXPECT_NE(text("session-words").find("A9 is next: 30 K, 100 ms"), std::string::npos);
+  EXPECT_EQ(js("document.querySelectorAll('#map .spot:not(.now)').length"), 9);
+  EXPECT_EQ(js("document.querySelectorAll('#spots tbody tr').length"), 9);
+  EXPECT_NE(text("spots").find("may-have-emitted"), std::string::npos) << "words beside shapes";
+  EXPECT_EQ(js("document.querySelectorAll('#spots tbody button').length"), 2) << "to be repeated";
+  tab_to("skip");
+  browser_->press("Enter");
+  EXPECT_EQ(wish(), Desk::Wish::kChoice);
+  EXPECT_EQ(desk_.choice(), "skip");
+  js("document.querySelector('[aria-label=\"Repeat A5\"]').focus()");
+  browser_->press("Enter");
+  EXPECT_EQ(wish(), Desk::Wish::kChoice);
+  EXPECT_EQ(desk_.choice(), "repeat A5");
+  tab_to("run_on");
+  browser_->press("Enter");
+  wait_for("document.getElementById('run_on').getAttribute('aria-pressed') == 'true'");
+  EXPECT_TRUE(desk_.runs_on());
+  browser_->press(" ");
+  wait_for("document.getElementById('run_on').getAttribute('aria-pressed') == 'false'");
+  EXPECT_TRUE(stop_);
+  EXPECT_FALSE(desk_.runs_on());
+}
+
 TEST_F(ConsolePage, FitsEveryScreenInBothSchemes) {
+  tell_session();
   struct Screen {
     int width, height, scale;
   };
@@ -244,7 +308,10 @@ TEST_F(ConsolePage, FitsEveryScreenInBothSchemes) {
           js("(() => { const boxes = [...document.querySelectorAll('.vitals > div, #stop, h1, "
              ".buttons button, .bar button, figcaption, .plot, th, td, summary, .lines > div')]"
              ".filter(e => e.getClientRects().length && getComputedStyle(e).position != 'fixed')"
-             ".map(e => [e.id || e.textContent.slice(0, 20), e.getBoundingClientRect()]);"
+             ".map(e => { const b = e.getBoundingClientRect(), s = e.closest('#spots');"
+             "const c = s ? s.getBoundingClientRect() : b;"  // what is scrolled away lies nowhere
+             "return [e.id || e.textContent.slice(0, 20), {left: b.left, right: b.right,"
+             "top: Math.max(b.top, c.top), bottom: Math.min(b.bottom, c.bottom)}]; });"
              "const bad = []; for (let i = 0; i < boxes.length; ++i)"
              "for (let j = 0; j < i; ++j) { const [m, a] = boxes[i], [n, b] = boxes[j];"
              "if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 &&"
@@ -261,6 +328,7 @@ TEST_F(ConsolePage, AxeFindsNothingSerious) {
   const std::string axe = PHOTOCOAG_SOURCE_DIR "/console/node_modules/axe-core/axe.min.js";
   if (!std::filesystem::exists(axe)) GTEST_SKIP() << "no axe-core: cd console && npm ci";
   const std::string source = read_file(axe, std::size_t{1} << 22);
+  tell_session();
   begin();
   feed(0, 300, [](auto) { return 29.5; });
   for (const bool dark : {false, true}) {

@@ -24,6 +24,14 @@ std::size_t ring_size(double period) {
   return std::max(kLeastRing, static_cast<std::size_t>(kRingSeconds / period));
 }
 
+// Words of a session's choices; "repeat" may name a spot.
+bool is_choice(std::string_view command) {
+  constexpr std::string_view kChoices[] = {"accept",   "repeat", "skip",   "end",
+                                           "continue", "run_on", "run_off"};
+  const std::string_view word = command.substr(0, command.find(' '));
+  return std::ranges::find(kChoices, word) != std::end(kChoices);
+}
+
 struct RunFile {
   std::string_view name;
   const char* type;
@@ -87,14 +95,18 @@ void Desk::enter() {
   if (state_ == SafetyState::kStandby || state_ == SafetyState::kReady) {
     settings_.resume();
     wish_ = Wish::kStart;
+    starter_ = Starter::kTerminal;
+  } else if (state_ != SafetyState::kTreating && state_ != SafetyState::kSelfTest) {
+    wish_ = Wish::kReset;
   }
-  if (state_ == SafetyState::kDone || state_ == SafetyState::kSafeStop) wish_ = Wish::kReset;
   wished_.notify_one();
 }
 
 void Desk::begin(const SpotBegin& spot) {
   const std::lock_guard lock(mutex_);
   spot_ = spot;
+  starter_ = Starter::kNobody;
+  committed_ = false;
   last_spot_.clear();
   set(SafetyState::kTreating, SafetyReason::kNone);
 }
@@ -107,7 +119,9 @@ void Desk::over(SafetyState state, SafetyReason reason) {
 
 void Desk::end(SpotEnd spot) {
   const std::lock_guard lock(mutex_);
-  folders_.push_back(std::move(spot.folder));
+  if (folders_.size() < static_cast<std::size_t>(spot_.number)) {
+    folders_.push_back(std::move(spot.folder));
+  }
   last_spot_ = std::move(spot.message);
   pending_.push_back(last_spot_);
   if (state_ == SafetyState::kTreating) set(spot.state, spot.reason);
@@ -117,7 +131,9 @@ std::vector<std::string> Desk::came(int client) {
   const std::lock_guard lock(mutex_);
   ++clients_;
   if (operator_ == 0) operator_ = client;
-  std::vector<std::string> messages = {hello_message(client), settings_.before};
+  std::vector<std::string> messages = {hello_message(client)};
+  if (!settings_.before.empty()) messages.push_back(settings_.before);
+  if (!session_.empty()) messages.push_back(session_);
   if (!self_test_.empty()) messages.push_back(self_test_);
   if (!last_spot_.empty()) messages.push_back(last_spot_);
   pending_.push_back(role_message());
@@ -130,14 +146,18 @@ void Desk::left(int client) {
   if (operator_ == client) {
     operator_ = 0;
     // Nobody sees what would start; a spot that runs goes on under its supervisor.
-    if (state_ == SafetyState::kReady) set(SafetyState::kStandby, SafetyReason::kNone);
-    if (settings_.browser_starts) wish_ = Wish::kNone;
+    nothing_starts(settings_.browser_starts);
   }
   pending_.push_back(role_message());
 }
 
-std::string Desk::role_message() const {
-  return fmt::format(R"({{"type":"role","operator":{},"clients":{}}})", operator_, clients_);
+// What was armed, started or running on, and has not begun.
+void Desk::nothing_starts(bool of_terminal) {
+  if (state_ == SafetyState::kReady) set(SafetyState::kStandby, SafetyReason::kNone);
+  run_on_ = false;
+  if (!of_terminal && starter_ == Starter::kTerminal) return;
+  starter_ = Starter::kNobody;
+  if (wish_ == Wish::kStart || of_terminal) wish_ = Wish::kNone;
 }
 
 std::string Desk::answer(int client, std::string_view text) {
@@ -152,7 +172,8 @@ std::string Desk::obey(int client, std::string_view command) {
   if (command == "stop") {
     settings_.stop();
     wish_ = Wish::kNone;
-    if (state_ == SafetyState::kReady) set(SafetyState::kStandby, SafetyReason::kNone);
+    if (std::exchange(run_on_, false)) pending_.push_back(role_message());
+    nothing_starts(true);
     return {};
   }
   if (command == "operate") {
@@ -162,14 +183,16 @@ std::string Desk::obey(int client, std::string_view command) {
     return {};
   }
   constexpr std::string_view kOperators[] = {"release", "arm", "disarm", "start", "reset"};
-  if (std::ranges::find(kOperators, command) == std::end(kOperators)) return "no such command";
+  const bool plain = std::ranges::find(kOperators, command) != std::end(kOperators);
+  if (!plain && !is_choice(command)) return "no such command";
   if (operator_ != client) return "this tab only watches";
   if (command == "release") {
     operator_ = 0;
-    if (state_ == SafetyState::kReady) set(SafetyState::kStandby, SafetyReason::kNone);
+    nothing_starts(false);
     pending_.push_back(role_message());
     return {};
   }
+  if (!plain) return choose(command);
   if (!settings_.browser_starts) return "a device is started at the terminal, not by a browser";
   return refusal(command);
 }
@@ -181,17 +204,22 @@ std::string Desk::refusal(std::string_view command) {
     set(to, SafetyReason::kNone);
     return {};
   };
+  if (committed_) return "a spot begins";
   if (command == "arm") {
     std::string why = step(SafetyState::kStandby, SafetyState::kReady);
     if (why.empty()) settings_.resume();
     return why;
   }
-  if (command == "disarm") return step(SafetyState::kReady, SafetyState::kStandby);
+  if (command == "disarm") {
+    starter_ = Starter::kNobody;
+    return step(SafetyState::kReady, SafetyState::kStandby);
+  }
   const bool over = state_ == SafetyState::kDone || state_ == SafetyState::kSafeStop;
   if (command == "start" ? state_ != SafetyState::kReady : !over) {
     return fmt::format("not in {}", to_string(state_));
   }
   wish_ = command == "start" ? Wish::kStart : Wish::kReset;
+  if (command == "start") starter_ = Starter::kBrowser;
   wished_.notify_one();
   return {};
 }
@@ -205,6 +233,7 @@ std::vector<std::string> Desk::tick() {
   {
     const std::lock_guard lock(mutex_);
     after = std::exchange(pending_, {});
+    if (!std::exchange(session_told_, true)) after.push_back(session_);
     someone = clients_ > 0;
     spot = spot_.number;
   }

@@ -71,6 +71,7 @@ class Runner {
     for (const std::string& name : options_.repeat) {
       journal_.repeat(session_.find(name, "--repeat"));
     }
+    tell();
     for (std::size_t spot = 0; spot < session_.spots.size() && goes_on(); ++spot) {
       while (journal_.spots()[spot].wanted && goes_on()) visit(spot);
     }
@@ -82,8 +83,13 @@ class Runner {
   void was_continued(bool continued) { result_.continued = continued; }
 
  private:
+  void tell() const {
+    if (options_.ask.changed) options_.ask.changed(journal_);
+  }
   bool goes_on() {
-    if (stop_ && result_.end == SessionEnd::kComplete) end(SessionEnd::kInterrupted, "Ctrl-C");
+    if (stop_ && result_.end == SessionEnd::kComplete) {
+      end(SessionEnd::kInterrupted, "stopped by hand");
+    }
     return result_.end == SessionEnd::kComplete;
   }
   void end(SessionEnd how, std::string why) {
@@ -135,15 +141,21 @@ class Runner {
   void visit(std::size_t spot) {
     if (!within_limits(spot)) return;
     const SpotPlan& plan = session_.spots[spot];
+    const std::optional<Error> trouble = prepare(spot);
     if (options_.ask.before) {
       using Before = SessionOperator::Before;
       const Before choice = options_.ask.before(plan);
       if (choice == Before::kEnd) return end(SessionEnd::kOperator, "ended by the operator");
-      if (choice == Before::kSkip) return journal_.skip(spot);
+      if (choice == Before::kSkip) {
+        journal_.skip(spot);
+        return tell();
+      }
     }
     if (!journal_.attempts().empty()) pause();
     if (!goes_on()) return;
-    if (!prepare(spot)) return;
+    if (trouble) return fail(plan, *trouble);
+    const auto& still = options_.ask.still_wanted;
+    if (options_.ask.before && still && !still()) return;
     const AttemptOutcome outcome = treat(spot);
     if (options_.ask.over) options_.ask.over(outcome);
     if (!ended_by(outcome)) return;
@@ -151,15 +163,24 @@ class Runner {
       using After = SessionOperator::After;
       const After choice = options_.ask.after(outcome);
       if (choice == After::kEnd) end(SessionEnd::kOperator, "ended by the operator");
-      if (choice == After::kRepeat) journal_.repeat(spot);
+      if (choice == After::kRepeat) {
+        journal_.repeat(spot);
+        tell();
+      }
     }
+  }
+
+  // A spot that cannot be prepared; before any other has been begun the input is wrong.
+  void fail(const SpotPlan& plan, const Error& error) {
+    if (journal_.attempts().empty()) throw Error(error);
+    end(SessionEnd::kFailed, fmt::format("spot {}: {}", plan.name, error.what()));
   }
 
   // True if the session may go on after that.
   bool ended_by(const AttemptOutcome& outcome) {
     switch (outcome.ending) {
       case SpotEnding::kInterrupted:
-        end(SessionEnd::kInterrupted, "Ctrl-C");
+        end(SessionEnd::kInterrupted, "stopped by hand");
         break;
       case SpotEnding::kDeviceFault:
         end(SessionEnd::kDeviceFault, fmt::format("spot {}: {}", outcome.spot, outcome.why));
@@ -190,29 +211,27 @@ class Runner {
   }
 
   // All that takes long or may fail before the spot's intent.
-  bool prepare(std::size_t spot) {
-    Config config = session_.configs[spot];
+  std::optional<Error> prepare(std::size_t spot) {
+    config_ = session_.configs[spot];
     if (session_.learn) {
-      config.estimator = learnt(config.estimator, journal_.attempts(), session_.learn_floor);
+      config_.estimator = learnt(config_.estimator, journal_.attempts(), session_.learn_floor);
     }
-    const int attempt = static_cast<int>(journal_.spots()[spot].attempts.size()) + 1;
-    config.run.seed += static_cast<std::uint64_t>(attempt - 1) * session_.spots.size();
+    config_.run.seed += journal_.spots()[spot].attempts.size() * session_.spots.size();
     try {
-      config.validate();
-      told_ = told_to_controller(config, models_for(config).reduced());
+      config_.validate();
+      const ReducedModel& model = models_for(config_).reduced();
+      told_ = told_to_controller(config_, model);
+      if (options_.ask.prepared) options_.ask.prepared(session_.spots[spot], told_, model);
     } catch (const Error& error) {
-      if (journal_.attempts().empty()) throw;
-      end(SessionEnd::kFailed, fmt::format("spot {}: {}", session_.spots[spot].name, error.what()));
-      return false;
+      return error;
     }
-    config_ = std::move(config);
-    if (options_.ask.begins) options_.ask.begins(session_.spots[spot], config_, attempt);
-    return true;
+    return {};
   }
 
   AttemptOutcome treat(std::size_t spot) {
     const int attempt = static_cast<int>(journal_.spots()[spot].attempts.size()) + 1;
     const std::string& name = session_.spots[spot].name;
+    if (options_.ask.begins) options_.ask.begins(session_.spots[spot], config_, attempt);
     AttemptOutcome begun;
     begun.spot = name;
     begun.attempt = attempt;
@@ -224,6 +243,7 @@ class Runner {
     begun.prior = config_.estimator.absorption_initial;
     begun.prior_sigma = config_.estimator.absorption_sigma_initial;
     journal_.intend(spot, begun);
+    tell();
     AttemptOutcome outcome = begun;
     try {
       outcome = treat_in_folder(options_.out / begun.folder);
@@ -239,6 +259,7 @@ class Runner {
     outcome.attempt = begun.attempt;
     outcome.folder = begun.folder;
     journal_.finish(spot, outcome);
+    tell();
     return outcome;
   }
 
@@ -248,8 +269,9 @@ class Runner {
     // The laser has moved on to a place that nothing has heated.
     if (device && device->eye() && !device->own_process) tell_eye(device->path, "cold");
     progress_ = 0;
-    const Treatment treatment =
-        treat_into(folder, told_, session_.place, *models_, stop_, progress_);
+    const Treatment treatment = treat_into(folder, told_, session_.place, *models_, stop_,
+                                           progress_, options_.ask.onlooker);
+    if (options_.ask.treated) options_.ask.treated(config_, treatment, folder);
     AttemptOutcome outcome = outcome_of(config_, treatment);
     try {
       write_run(folder, config_, treatment);

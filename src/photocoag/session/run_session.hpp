@@ -18,16 +18,26 @@
 
 namespace photocoag {
 
-/// What an operator is asked before and after a spot. Empty functions: the session runs on.
+/// What an operator is asked before and after a spot, and what is told. Empty functions: the
+/// session runs on, and tells nothing.
 struct SessionOperator {
   enum class Before { kTreat, kSkip, kEnd };
   enum class After { kAccept, kRepeat, kEnd };
   std::function<Before(const SpotPlan&)> before;
+  /// Once more, right before the spot's intent; false: it is not begun, and `before` asks again.
+  std::function<bool()> still_wanted;
   std::function<After(const AttemptOutcome&)> after;
+  /// Before `before`: what the spot's controller will be told, and its model.
+  std::function<void(const SpotPlan&, const Config& told, const ReducedModel&)> prepared;
   /// A spot begins (attempt 1, 2, …).
   std::function<void(const SpotPlan&, const Config&, int attempt)> begins;
+  /// Its loop has ended; its files are still to be written.
+  std::function<void(const Config&, const Treatment&, const std::filesystem::path& folder)> treated;
   /// A spot is over, with or without the operator.
   std::function<void(const AttemptOutcome&)> over;
+  /// The journal as it is at first and after every change.
+  std::function<void(const SessionJournal&)> changed;
+  Onlooker onlooker;
 };
 
 struct SessionOptions {

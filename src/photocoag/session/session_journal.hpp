@@ -39,6 +39,8 @@ class SessionJournal {
   bool continued() const noexcept { return continued_; }
   /// s, from the first intent (or now, if there is none) to now, by the system's clock.
   double elapsed() const;
+  /// s, Unix time of the first intent; 0: there is none.
+  double begun() const noexcept { return begun_; }
   /// J, of all attempts; those without an outcome count with all that they could have emitted.
   double energy() const noexcept;
 

@@ -1,0 +1,36 @@
+// Role: the program; what `console` and `console --session` share: the terminal, the server's
+// settings, the device in words.
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "console_command.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/console/describe.hpp"
+#include "photocoag/console/desk.hpp"
+#include "photocoag/console/server.hpp"
+#include "photocoag/run/device_address.hpp"
+
+namespace photocoag {
+
+/// Between two looks at the terminal, the server and signals while nothing is treated.
+inline constexpr std::chrono::milliseconds kConsoleLook{50};
+
+ConsoleDevice console_device(const Config& config, const std::optional<DeviceAddress>& device);
+
+/// With a new token.
+ServerSettings console_settings(const ConsoleOptions& options);
+ServerHooks console_hooks(Desk& desk);
+void say_address(const ConsoleServer& server, bool browser_starts);
+
+/// Enter at the terminal, if standard input is one that is open.
+class Terminal {
+ public:
+  bool enter() noexcept;
+
+ private:
+  bool open_ = true;
+};
+
+}  // namespace photocoag
