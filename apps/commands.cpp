@@ -80,9 +80,9 @@ void print_error_table(const ErrorReport& error) {
   }
 }
 
-void print_certificate(const ReducedModel& model, const FullOrderModel& full) {
+void print_certificate(const ReducedModel& model) {
   if (!model.certificate) {
-    say("no bound  {}\n", why_uncertified(full, model.discretization));
+    say("no bound  {}\n", why_uncertified(model.discretization));
     return;
   }
   const ErrorCertificate& certificate = *model.certificate;
@@ -318,7 +318,7 @@ int reduce_command(const ReduceOptions& options) {
   say("full      {} states ({} radial x {} axial cells)\n", full->states(),
       full->grid().radial.cells(), full->grid().axial.cells());
   print_error_report(model);
-  print_certificate(model, *full);
+  print_certificate(model);
   print_error_table(model.error);
   if (model.uncertain) {
     const UncertainModel& u = *model.uncertain;

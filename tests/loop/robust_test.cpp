@@ -41,7 +41,7 @@ TEST(RobustLimit, IsAboveEveryPlausiblePeak) {
     const MatrixXd covariance = root * root.transpose();
     VectorXd mean(n);
     for (double& value : mean) value = 1e-4 * unit(generator);
-    const LimitTightening& tightening = limit.tighten(covariance, alpha, alpha_sigma, false, 0.0);
+    const LimitTightening& tightening = limit.tighten(covariance, {alpha, alpha_sigma}, false, 0.0);
     // A point of the ellipsoid of 4 deviations.
     VectorXd direction(n);
     for (double& value : direction) value = normal(generator);
@@ -75,14 +75,14 @@ TEST(RobustLimit, RemembersThePowersApplied) {
   RobustLimit limit(model, settings, 2.0);
   const MatrixXd none = MatrixXd::Zero(model.order() + 1, model.order() + 1);
   RunningErrorBound running(*model.certificate);
-  EXPECT_EQ(limit.tighten(none, 0.9, 0.0, false, 0.0).free[0], 0.0);
+  EXPECT_EQ(limit.tighten(none, {0.9, 0.0}, false, 0.0).free[0], 0.0);
   for (const double power : {0.1, 0.02, 0.03, 0.0, 0.03}) {
     limit.observe(power);
     running.step(power);
   }
   running.step(0.0);  // stage 1 is one period on, nothing applied
   // Nodes of alpha on both sides of the estimate count: at least the bound at the estimate itself.
-  const double free = limit.tighten(none, 0.9, 0.0, false, 0.0).free[0];
+  const double free = limit.tighten(none, {0.9, 0.0}, false, 0.0).free[0];
   EXPECT_GE(free, running.bound(0.9).peak * (1.0 - 1e-12));
   EXPECT_LE(free, 1.1 * running.bound(0.9).peak);
 }

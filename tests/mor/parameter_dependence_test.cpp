@@ -75,18 +75,18 @@ TEST(ParameterDependence, HigherDerivativesAndTheirBounds) {
   for (const ParameterDependence dependence : kAll) {
     const Theta theta = parametric_source(full, dependence, 6).theta;
     for (int n = 0; n <= 4; ++n) {
-      const VectorXd bound = theta_derivative_bound(theta, n, 0.3, 1.7);
+      const VectorXd bound = theta_derivative_bound(theta, {n}, {0.3, 1.7});
       for (int i = 0; i <= 280; ++i) {
         const double alpha = 0.3 + 1.4 * i / 280;
-        const VectorXd value = theta_derivative(theta, n, alpha);
+        const VectorXd value = theta_derivative(theta, {n}, alpha);
         for (int j = 0; j < theta.terms; ++j) {
           EXPECT_LE(std::abs(value[j]), bound[j] * (1.0 + 1e-12)) << to_string(dependence) << n;
         }
         const double step = 1e-4;
-        const VectorXd next =
-            (theta_derivative(theta, n, alpha + step) - theta_derivative(theta, n, alpha - step)) /
-            (2.0 * step);
-        const VectorXd exact = theta_derivative(theta, n + 1, alpha);
+        const VectorXd next = (theta_derivative(theta, {n}, alpha + step) -
+                               theta_derivative(theta, {n}, alpha - step)) /
+                              (2.0 * step);
+        const VectorXd exact = theta_derivative(theta, {n + 1}, alpha);
         EXPECT_LT((next - exact).cwiseAbs().maxCoeff(), 1e-5 * (1.0 + exact.cwiseAbs().maxCoeff()));
       }
     }
@@ -100,20 +100,52 @@ TEST(AbsorptionDerivatives, AgainstDifferencesAndSampling) {
                                     law.between(195e-6, 196e-6), law.between(300e-6, 310e-6),
                                     law.whole()};
   for (const AbsorbedFraction& cell : cells) {
-    EXPECT_NEAR(derivative(cell, 0, 0.8), cell.evaluate(0.8).value, 1e-15);
-    EXPECT_NEAR(derivative(cell, 1, 0.8), cell.evaluate(0.8).slope, 1e-15);
+    EXPECT_NEAR(derivative(cell, {0}, 0.8), cell.evaluate(0.8).value, 1e-15);
+    EXPECT_NEAR(derivative(cell, {1}, 0.8), cell.evaluate(0.8).slope, 1e-15);
     for (int n = 0; n <= 4; ++n) {
-      const double bound = derivative_bound(cell, n, 0.3, 1.7);
+      const double bound = derivative_bound(cell, {n}, {0.3, 1.7});
       double largest = 0.0;
       for (int i = 0; i <= 1000; ++i) {
-        largest = std::max(largest, std::abs(derivative(cell, n, 0.3 + 1.4 * i / 1000)));
+        largest = std::max(largest, std::abs(derivative(cell, {n}, 0.3 + 1.4 * i / 1000)));
       }
       EXPECT_LE(largest, bound * (1.0 + 1e-12));
       EXPECT_LE(bound, 20.0 * largest) << "useless bound, n = " << n;
       const double step = 1e-3;
       const double difference =
-          (derivative(cell, n, 0.8 + step) - derivative(cell, n, 0.8 - step)) / (2.0 * step);
-      EXPECT_NEAR(derivative(cell, n + 1, 0.8), difference, 1e-6 * (bound + 1e-9));
+          (derivative(cell, {n}, 0.8 + step) - derivative(cell, {n}, 0.8 - step)) / (2.0 * step);
+      EXPECT_NEAR(derivative(cell, {n + 1}, 0.8), difference, 1e-6 * (bound + 1e-9));
+    }
+  }
+}
+
+// Orders by both factors: each by differences of the order below in one direction or the other,
+// bounds by dense sampling.
+TEST(AbsorptionDerivatives, ByBothFactors) {
+  Tissue tissue = testing::literature_choroid();
+  tissue.layers[3].scaled_by_beta = true;
+  const AbsorptionLaw law{tissue};
+  const FactorRange range{{0.3, 0.5}, {1.7, 2.0}};
+  for (const AbsorbedFraction& cell : {law.between(190e-6, 190.2e-6), law.between(195e-6, 196e-6),
+                                       law.between(300e-6, 310e-6), law.whole()}) {
+    EXPECT_NEAR(derivative(cell, {0, 1}, {0.8, 1.2}), cell.evaluate(0.8, 1.2).slope_choroid, 1e-15);
+    for (int n = 0; n <= 2; ++n) {
+      for (int m = 0; m <= 4; ++m) {
+        const double bound = derivative_bound(cell, {n, m}, range);
+        for (int i = 0; i <= 40; ++i) {
+          for (int j = 0; j <= 40; ++j) {
+            const AbsorptionFactors at(0.3 + 0.035 * i, 0.5 + 0.0375 * j);
+            ASSERT_LE(std::abs(derivative(cell, {n, m}, at)), bound * (1.0 + 1e-12));
+          }
+        }
+        const double step = 1e-3;
+        const auto at = [&](double da, double db) {
+          return derivative(cell, {n, m}, {0.8 + da, 1.2 + db});
+        };
+        EXPECT_NEAR(derivative(cell, {n, m + 1}, {0.8, 1.2}),
+                    (at(0.0, step) - at(0.0, -step)) / (2.0 * step), 1e-6 * (bound + 1e-9));
+        EXPECT_NEAR(derivative(cell, {n + 1, m}, {0.8, 1.2}),
+                    (at(step, 0.0) - at(-step, 0.0)) / (2.0 * step), 1e-6 * (bound + 1e-9));
+      }
     }
   }
 }

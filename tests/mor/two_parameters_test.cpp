@@ -57,7 +57,8 @@ TEST(TwoParameters, ErrorIsMeasuredOverBothAndSmall) {
     const double bound = order == 6 ? 0.015 : 0.007;
     EXPECT_LT(model.error.peak_max(), bound);
     EXPECT_LT(model.error.volume_max(), bound);
-    EXPECT_FALSE(model.certificate.has_value());
+    ASSERT_TRUE(model.certificate.has_value());
+    EXPECT_LT(model.certificate->peak.treatment_relative_max(), order == 6 ? 0.02 : 0.01);
   }
 }
 
@@ -178,8 +179,6 @@ TEST(TwoParameters, WhatCannotServeIsRefused) {
   ReductionSettings taylor{.method = ReductionMethod::kTaylor};
   EXPECT_EQ(testing::thrown_by([&] { reduce(full, taylor, 1e-3, kHold); }).key,
             "model.parameter_dependence");
-  EXPECT_FALSE(why_uncertified(*full, kHold).empty());
-  EXPECT_THROW(certify(model_of_order_6(), *full), Error);
 }
 
 // The general path (tridiagonal solves in depth) serves two parameters too.

@@ -73,11 +73,27 @@ TEST(TwoUnknownsLoop, RunFolderAndFiguresHaveBoth) {
   EXPECT_EQ(figures.size(), 5U);
 }
 
-// What is not proved is not used: no certificate, no robust control.
-TEST(TwoUnknownsLoop, RobustControlIsRefused) {
-  const Config config = two_unknowns({"control.robust=certified"});
-  ModelStore models(config, false);
-  EXPECT_THROW(treat(config, models), Error);
+// 250 Hz without penalties: the first powers decide, and neither factor is known then.
+TEST(TwoUnknownsLoop, RobustControlKeepsTheLimit) {
+  const std::vector<std::string> plain{"control.period_ms=4", "run.duration_ms=100",
+                                       "safety.supervisor=off"};
+  ModelStore models(two_unknowns(plain), false);
+  int nominal_over = 0;
+  for (const std::string alpha : {"0.4", "1.5"}) {
+    for (const std::string beta : {"0.5", "2.0"}) {
+      std::vector<std::string> settings = plain;
+      settings.push_back("plant.absorption_factor=" + alpha);
+      settings.push_back("plant.choroid_factor=" + beta);
+      const Config nominal = two_unknowns(settings);
+      settings.push_back("control.robust=certified");
+      const Config robust = two_unknowns(settings);
+      if (outcome(nominal, treat(nominal, models).records).violations > 0) ++nominal_over;
+      const Outcome guarded = outcome(robust, treat(robust, models).records);
+      EXPECT_EQ(guarded.violations, 0) << alpha << ' ' << beta;
+      EXPECT_LE(guarded.time_to_95, 0.08) << alpha << ' ' << beta;
+    }
+  }
+  EXPECT_EQ(nominal_over, 2) << "of alpha 1.5";
 }
 
 TEST(UnknownsStudy, AnUnknownChoroidMattersAndTwoUnknownsMendIt) {

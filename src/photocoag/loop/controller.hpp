@@ -69,7 +69,8 @@ class BasicController {
         power_max_(control.power_max),
         first_power_(control.first_power) {
     if (control.robust == Robustness::kCertified) {
-      robust_.emplace(model, control, estimator.absorption_max);
+      robust_.emplace(model, control,
+                      AbsorptionFactors(estimator.absorption_max, estimator.choroid_max));
     }
     if (control.robust == Robustness::kChance) {
       if (posterior() == nullptr) {
@@ -189,9 +190,12 @@ class BasicController {
       if (chance_) return solve_by_chance(input, previous);
       if (robust_) {
         return mpc_.solve(state_, input, cycle_ + delay_, previous,
-                          &robust_->tighten(filter_.covariance(), filter_.absorption_factor(),
-                                            filter_.absorption_sigma(), delay_ == 1,
-                                            delay_ == 1 ? pending_power_ : 0.0));
+                          &robust_->tighten(filter_.covariance(),
+                                            {.alpha = filter_.absorption_factor(),
+                                             .alpha_sigma = filter_.absorption_sigma(),
+                                             .beta = filter_.choroid_factor(),
+                                             .beta_sigma = filter_.choroid_sigma()},
+                                            delay_ == 1, delay_ == 1 ? pending_power_ : 0.0));
       }
     }
     return mpc_.solve(state_, input, cycle_ + delay_, previous);

@@ -13,18 +13,19 @@ namespace photocoag {
 struct CertificateSettings {
   double treatment = 0.4;            ///< s; a second bound is for powers of this duration
   int nodes = 57;                    ///< of alpha, over the model's range; at least 2
+  int nodes_beside_beta = 29;        ///< the same for two parameters
+  int choroid_nodes = 13;            ///< of beta, over the model's range; at least 2
   std::size_t max_horizon = 60'000;  ///< periods summed one by one
   double remaining = 1e-6;           ///< the slowest mode decays to this within the horizon
 };
 
-/// Why nothing is proved for such models; empty where certify() works. The proof sums over modes in
-/// radius and depth, so all layers have to conduct and store heat alike (perfusion and beam may be
-/// any), and it is written for zero-order hold and implicit Euler.
-std::string_view why_uncertified(const FullOrderModel& full,
-                                 Discretization discretization) noexcept;
+/// Why nothing is proved for such a time scheme; empty where certify() works: zero-order hold and
+/// implicit Euler.
+std::string_view why_uncertified(Discretization discretization) noexcept;
 
-/// The certificate of `reduced` (its period, discretization and range of alpha) against `full`, of
-/// whose impulse response all modes count. Throws Error if why_uncertified() has a reason or the
+/// The certificate of `reduced` (its period, discretization and ranges of alpha and beta) against
+/// `full`, of whose impulse response all modes count; for two parameters every bound is the largest
+/// over beta. Throws Error if why_uncertified() has a reason or the
 /// reduced transition matrix cannot be diagonalised well. Allocates about 16 bytes x nodes x
 /// horizon.
 ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full,

@@ -116,7 +116,7 @@ ParametricSource taylor(const FullOrderModel& full, int terms) {
   for (int j = 0; j < terms; ++j) {
     factorial *= j > 0 ? j : 1;
     for (Index c = 0; c < per_cell.size(); ++c) {
-      per_cell[c] = derivative(cells[c], j, kTaylorCenter) / factorial;
+      per_cell[c] = derivative(cells[c], {j}, kTaylorCenter) / factorial;
     }
     result.sources.col(j) = full.axial_source(per_cell);
   }
@@ -153,7 +153,7 @@ std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
 }
 
 Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at) {
-  if (theta.kind == ThetaKind::kTaylor) return theta_derivative(theta, 0, at.alpha);
+  if (theta.kind == ThetaKind::kTaylor) return theta_derivative(theta, {}, at.alpha);
   TermVector value;
   TermVector slope;
   TermVector slope_choroid;

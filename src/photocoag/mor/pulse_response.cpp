@@ -7,23 +7,24 @@ namespace photocoag {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-PulseResponse::PulseResponse(const FullOrderModel& model, Discretization discretization,
-                             double period)
-    : model_(model),
+double mode_decay(double rate, Discretization discretization, double period) noexcept {
+  return discretization == Discretization::kImplicitEuler ? 1.0 / (1.0 + rate * period)
+                                                          : std::exp(-rate * period);
+}
+
+PulseResponse::PulseResponse(const ModeGroup& group, Discretization discretization, double period)
+    : group_(group),
       discretization_(discretization),
       period_(period),
-      axis_weight_(model.peak_radial().cwiseProduct(model.beam())),
-      spot_weight_(model.beam().cwiseAbs2()),
-      decay_(model.axial().size(), model.radial().size()),
+      decay_(group.rates.rows(), group.rates.cols()),
       state_(decay_.rows(), decay_.cols()),
       active_(static_cast<std::size_t>(decay_.cols()), decay_.rows()),
-      slowest_decay_(decay(model.radial().rates[0] + model.axial().rates[0])),
       profiles_(zero_profiles()) {
   constexpr double kDropped = 1e-20;
   for (Index i = 0; i < decay_.cols(); ++i) {
     for (Index j = 0; j < decay_.rows(); ++j) {
-      const double rate = model.radial().rates[i] + model.axial().rates[j];
-      decay_(j, i) = decay(rate);
+      const double rate = group.rates(j, i);
+      decay_(j, i) = mode_decay(rate, discretization, period);
       state_(j, i) = discretization == Discretization::kImplicitEuler
                          ? period * decay_(j, i)
                          : -std::expm1(-rate * period) / rate;
@@ -33,13 +34,8 @@ PulseResponse::PulseResponse(const FullOrderModel& model, Discretization discret
   collect();
 }
 
-double PulseResponse::decay(double rate) const noexcept {
-  return discretization_ == Discretization::kImplicitEuler ? 1.0 / (1.0 + rate * period_)
-                                                           : std::exp(-rate * period_);
-}
-
 AxialProfiles PulseResponse::zero_profiles() const {
-  const VectorXd zero = VectorXd::Zero(model_.axial().size());
+  const VectorXd zero = VectorXd::Zero(group_.rates.rows());
   return {zero, zero, zero};
 }
 
@@ -50,9 +46,9 @@ void PulseResponse::collect() noexcept {
   for (Index i = 0; i < static_cast<Index>(active_.size()); ++i) {
     const Index modes = active_[i];
     const auto state = state_.col(i).head(modes);
-    profiles_.axis.head(modes) += axis_weight_[i] * state;
-    profiles_.axis_magnitude.head(modes) += std::abs(axis_weight_[i]) * state;
-    profiles_.spot.head(modes) += spot_weight_[i] * state;
+    profiles_.axis.head(modes) += group_.axis_weight[i] * state;
+    profiles_.axis_magnitude.head(modes) += std::abs(group_.axis_weight[i]) * state;
+    profiles_.spot.head(modes) += group_.spot_weight[i] * state;
   }
 }
 
@@ -69,15 +65,14 @@ void PulseResponse::advance() noexcept {
 
 AxialProfiles PulseResponse::sum_after(double after) const {
   AxialProfiles sum = zero_profiles();
-  const VectorXd& axial = model_.axial().rates;
-  for (Index i = 0; i < model_.radial().size(); ++i) {
-    for (Index j = 0; j < axial.size(); ++j) {
-      const double rate = model_.radial().rates[i] + axial[j];
-      const double share = std::pow(decay(rate), after) / rate;
+  for (Index i = 0; i < group_.rates.cols(); ++i) {
+    for (Index j = 0; j < group_.rates.rows(); ++j) {
+      const double rate = group_.rates(j, i);
+      const double share = std::pow(mode_decay(rate, discretization_, period_), after) / rate;
       if (share == 0.0) break;  // and so are all faster ones
-      sum.axis[j] += axis_weight_[i] * share;
-      sum.axis_magnitude[j] += std::abs(axis_weight_[i]) * share;
-      sum.spot[j] += spot_weight_[i] * share;
+      sum.axis[j] += group_.axis_weight[i] * share;
+      sum.axis_magnitude[j] += std::abs(group_.axis_weight[i]) * share;
+      sum.spot[j] += group_.spot_weight[i] * share;
     }
   }
   return sum;

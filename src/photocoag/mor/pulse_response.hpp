@@ -1,7 +1,7 @@
-// Role: offline; the full-order model's outputs at the sample instants after one period of 1 W, for
-// every alpha at once. Used by the certificate. Source: docs/equations.md (E7); docs/models.md.
-// Why not ModalStepper: without later power every mode only decays, so that modes drop out for good
-// and ten thousand periods cost little more than the first hundred. Units: SI.
+// Role: offline; modes of the full-order model at the sample instants after one period of 1 W, for
+// every alpha and beta at once. Used by the certificate. Source: docs/equations.md (E7);
+// docs/models.md. Why not ModalStepper: without later power every mode only decays, so that modes
+// drop out for good and ten thousand periods cost little more than the first hundred. Units: SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "photocoag/core/discretization.hpp"
-#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/core/types.hpp"
 
 namespace photocoag {
 
@@ -20,10 +20,20 @@ struct AxialProfiles {
   Eigen::VectorXd spot;            ///< sum_i beam_i^2 x_ij
 };
 
+/// Radial modes that share their axial modes.
+struct ModeGroup {
+  Eigen::MatrixXd rates;        ///< 1/s, axial x radial modes, ascending in both
+  Eigen::VectorXd axis_weight;  ///< peak_i beam_i
+  Eigen::VectorXd spot_weight;  ///< beam_i^2
+};
+
+/// Per period of a mode, for zero-order hold and implicit Euler.
+double mode_decay(double rate, Discretization discretization, double period) noexcept;
+
 class PulseResponse {
  public:
   /// At k = 1, the end of the period with power. Allocates.
-  PulseResponse(const FullOrderModel& model, Discretization discretization, double period);
+  PulseResponse(const ModeGroup& group, Discretization discretization, double period);
 
   /// k <- k + 1. A mode that has decayed below 1e-20 of its first value is dropped.
   void advance() noexcept;
@@ -32,28 +42,22 @@ class PulseResponse {
   const AxialProfiles& profiles() const noexcept { return profiles_; }
   /// Axial modes that are not zero come first; so many.
   Eigen::Index active() const noexcept { return active_.empty() ? 0 : active_.front(); }
-  /// decay per period of the slowest mode.
-  double slowest_decay() const noexcept { return slowest_decay_; }
 
   /// Sums over all k > `after`: x_ij = decay_ij^after / rate_ij for both discretizations; after = 0
   /// is the steady state for 1 W. Allocates.
   AxialProfiles sum_after(double after) const;
 
  private:
-  double decay(double rate) const noexcept;
   AxialProfiles zero_profiles() const;
   void collect() noexcept;
 
-  const FullOrderModel& model_;
+  ModeGroup group_;
   Discretization discretization_;
   double period_;
-  Eigen::VectorXd axis_weight_;
-  Eigen::VectorXd spot_weight_;
   Eigen::MatrixXd decay_;  // axial x radial modes
   Eigen::MatrixXd state_;
   Eigen::MatrixXd least_;             // below it a mode is dropped
   std::vector<Eigen::Index> active_;  // per radial mode: axial modes still there
-  double slowest_decay_;
   AxialProfiles profiles_;
 };
 

@@ -128,7 +128,7 @@ ReducedModel reduce(std::shared_ptr<const FullOrderModel> full, const ReductionS
   model.error = measure_error(
       model, full, validation,
       [&report](std::string_view stage, double fraction) { report(stage, 0.5 + 0.2 * fraction); });
-  if (why_uncertified(*full, discretization).empty()) {
+  if (why_uncertified(discretization).empty()) {
     report("proving its error bound", 0.7);
     model.certificate = certify(model, *full);
   }

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/tissue/absorption_derivatives.hpp"
 
 namespace photocoag {
 namespace {
@@ -41,38 +40,68 @@ double chebyshev_bound(int j, int n) {
   return std::max(product, 0.0);
 }
 
+VectorXd chebyshev_bounds(int terms, int n) {
+  VectorXd result(terms);
+  for (int j = 0; j < terms; ++j) result[j] = chebyshev_bound(j, n);
+  return result;
+}
+
+// All products, those of `first` running fastest.
+VectorXd products(const VectorXd& first, const VectorXd& second) {
+  return (first * second.transpose()).reshaped();
+}
+
+// Largest |x| in the range, x from -1 to 1 over the interval of the polynomials.
+double farthest(double low, double high, double center, double half_width) {
+  return std::max(std::abs(low - center), std::abs(high - center)) / half_width;
+}
+
 }  // namespace
 
-VectorXd theta_derivative(const Theta& theta, int n, double alpha) {
-  const double x = (alpha - theta.center) / theta.half_width;
+VectorXd theta_derivative(const Theta& theta, DerivativeOrder order, AbsorptionFactors at) {
+  const double x = (at.alpha - theta.center) / theta.half_width;
+  const int n = order.alpha;
   if (theta.kind == ThetaKind::kChebyshev) {
-    return chebyshev_derivative(theta.terms, n, x) / std::pow(theta.half_width, n);
+    const double y = (at.beta - theta.choroid_center) / theta.choroid_half_width;
+    return products(chebyshev_derivative(theta.terms / theta.choroid_terms, n, x) /
+                        std::pow(theta.half_width, n),
+                    chebyshev_derivative(theta.choroid_terms, order.beta, y) /
+                        std::pow(theta.choroid_half_width, order.beta));
   }
   VectorXd result(theta.terms);
   for (int j = 0; j < theta.terms; ++j) {
     if (theta.kind == ThetaKind::kDeim) {
-      result[j] = derivative(theta.points[j], n, alpha);
+      result[j] = derivative(theta.points[j], order, at);
     } else {
-      result[j] = n > j ? 0.0 : falling_factorial(j, n) * std::pow(x, j - n);
+      result[j] = n > j || order.beta > 0 ? 0.0 : falling_factorial(j, n) * std::pow(x, j - n);
     }
   }
   return result;
 }
 
-VectorXd theta_derivative_bound(const Theta& theta, int n, double low, double high) {
-  const double farthest =
-      std::max(std::abs(low - theta.center), std::abs(high - theta.center)) / theta.half_width;
-  if (theta.kind == ThetaKind::kChebyshev && farthest > 1.0 + 1e-12) {
-    throw Error("Chebyshev polynomials are bounded on their own interval only");
+VectorXd theta_derivative_bound(const Theta& theta, DerivativeOrder order,
+                                const FactorRange& range) {
+  const double x = farthest(range.low.alpha, range.high.alpha, theta.center, theta.half_width);
+  const int n = order.alpha;
+  if (theta.kind == ThetaKind::kChebyshev) {
+    const double y = theta.choroid_terms == 1
+                         ? 0.0
+                         : farthest(range.low.beta, range.high.beta, theta.choroid_center,
+                                    theta.choroid_half_width);
+    if (std::max(x, y) > 1.0 + 1e-12) {
+      throw Error("Chebyshev polynomials are bounded on their own interval only");
+    }
+    return products(
+        chebyshev_bounds(theta.terms / theta.choroid_terms, n) / std::pow(theta.half_width, n),
+        chebyshev_bounds(theta.choroid_terms, order.beta) /
+            std::pow(theta.choroid_half_width, order.beta));
   }
   VectorXd result(theta.terms);
   for (int j = 0; j < theta.terms; ++j) {
     if (theta.kind == ThetaKind::kDeim) {
-      result[j] = derivative_bound(theta.points[j], n, low, high);
-    } else if (theta.kind == ThetaKind::kChebyshev) {
-      result[j] = chebyshev_bound(j, n) / std::pow(theta.half_width, n);
+      result[j] = derivative_bound(theta.points[j], order, range);
     } else {
-      result[j] = n > j ? 0.0 : falling_factorial(j, n) * std::pow(farthest, j - n);
+      result[j] = n > j || order.beta > 0 ? 0.0 : falling_factorial(j, n) * std::pow(x, j - n);
     }
   }
   return result;

@@ -6,14 +6,16 @@
 #include <Eigen/Core>
 
 #include "photocoag/rom/theta.hpp"
+#include "photocoag/tissue/absorption_derivatives.hpp"
 
 namespace photocoag {
 
-/// n-th derivatives of theta_j at alpha, n >= 0. Allocates.
-Eigen::VectorXd theta_derivative(const Theta& theta, int n, double alpha);
+/// The derivatives of theta_j of this order at alpha and beta. Allocates.
+Eigen::VectorXd theta_derivative(const Theta& theta, DerivativeOrder order, AbsorptionFactors at);
 
-/// At least |theta_j^(n)| everywhere on [low, high]. Throws Error if Chebyshev polynomials are
+/// At least their absolute values everywhere in `range`. Throws Error if Chebyshev polynomials are
 /// asked about outside their interval. Allocates.
-Eigen::VectorXd theta_derivative_bound(const Theta& theta, int n, double low, double high);
+Eigen::VectorXd theta_derivative_bound(const Theta& theta, DerivativeOrder order,
+                                       const FactorRange& range);
 
 }  // namespace photocoag

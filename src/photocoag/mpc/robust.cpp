@@ -31,12 +31,12 @@ ErrorCertificate certificate_of(const ReducedModel& model) {
 }  // namespace
 
 RobustLimit::RobustLimit(const ReducedModel& model, const ControlSettings& settings,
-                         double absorption_max)
+                         AbsorptionFactors most)
     : model_(model),
       certificate_(certificate_of(model)),
       sigmas_(settings.robust_sigma),
       power_max_(settings.power_max),
-      absorption_max_(absorption_max),
+      most_(most),
       stages_(settings.horizon - 1) {
   settings.validate();
   certificate_.validate();
@@ -54,6 +54,9 @@ RobustLimit::RobustLimit(const ReducedModel& model, const ControlSettings& setti
   }
   sigma_.setZero(stages_);
   pending_excess_.setZero(n);
+  pending_excess_low_.setZero(n);
+  input_low_.setZero(n);
+  estimated_.setZero(n);
   tightening_.input.setZero(n);
   tightening_.free.setZero(stages_);
   tightening_.impulse.setZero(stages_);
@@ -79,16 +82,27 @@ double RobustLimit::largest_scale(double low, double high) const noexcept {
   return largest;
 }
 
-const LimitTightening& RobustLimit::finish(double alpha, double alpha_sigma, bool delayed,
+const LimitTightening& RobustLimit::finish(const Absorption& absorption, bool delayed,
                                            double pending) noexcept {
-  const double low = alpha - sigmas_ * alpha_sigma;
-  const double high = std::max(alpha, std::min(alpha + sigmas_ * alpha_sigma, absorption_max_));
-  model_.evaluate(alpha, matrices_);
+  const auto highest = [this](double mean, double sigma, double most) {
+    return std::max(mean, std::min(mean + sigmas_ * sigma, most));
+  };
+  const double alpha = absorption.alpha;
+  const double beta = absorption.beta;
+  const double low = alpha - sigmas_ * absorption.alpha_sigma;
+  const double high = highest(alpha, absorption.alpha_sigma, most_.alpha);
+  model_.evaluate(alpha, beta, matrices_);
+  estimated_ = matrices_.input;
+  model_.evaluate(high, highest(beta, absorption.beta_sigma, most_.beta), matrices_);
   tightening_.input = matrices_.input;
-  model_.evaluate(high, matrices_);
+  if (model_.parameters == 2) {
+    const double least = std::max(0.0, beta - sigmas_ * absorption.beta_sigma);
+    model_.evaluate(high, least, matrices_);
+  }
+  input_low_ = matrices_.input;
   // What a pending power may heat more than the estimate says.
-  pending_excess_ = (matrices_.input - tightening_.input) * pending;
-  tightening_.input = matrices_.input;
+  pending_excess_ = (tightening_.input - estimated_) * pending;
+  pending_excess_low_ = (input_low_ - estimated_) * pending;
   std::array<double, kMaxMajorantTerms> applied = applied_;
   const double scale = largest_scale(low, high);
   const std::size_t terms = certificate_.decay.size();
@@ -102,9 +116,13 @@ const LimitTightening& RobustLimit::finish(double alpha, double alpha_sigma, boo
       left += majorant_[(static_cast<std::size_t>(k) + 1) * terms + j] * applied[j];
       caused += majorant_[static_cast<std::size_t>(k) * terms + j];
     }
-    tightening_.free[k] = sigmas_ * sigma_[k] + scale * left +
-                          std::max(0.0, peak_powers_.row(k + 1).dot(pending_excess_));
-    tightening_.impulse[k] = scale * caused * power_max_;
+    const auto response = peak_powers_.row(k + 1);
+    tightening_.free[k] =
+        sigmas_ * sigma_[k] + scale * left +
+        std::max({0.0, response.dot(pending_excess_), response.dot(pending_excess_low_)});
+    const auto row = peak_powers_.row(k);
+    const double more = std::max(0.0, row.dot(input_low_) - row.dot(tightening_.input));
+    tightening_.impulse[k] = scale * caused * power_max_ + more * power_max_;
   }
   return tightening_;
 }

@@ -14,23 +14,33 @@
 namespace photocoag {
 
 /// y_k <= y_max with, instead of the estimate's y_k, the upper bound
-///   C A^k x + s sigma_k + e_k + sum_j (C A^(k-1-j) B(alpha_high) + m_(k-1-j)) u_j
-/// alpha_high: s standard deviations above the estimate. sigma_k: of C A^k x. e_k, m_i: the model's
+///   C A^k x + s sigma_k + e_k + sum_j (max_beta C A^(k-1-j) B(alpha_high, beta) + m_(k-1-j)) u_j
+/// alpha_high: s standard deviations above the estimate; beta: s below or above its own, if it is
+/// estimated. sigma_k: of C A^k x. e_k, m_i: the model's
 /// running error bound of the powers applied so far and of those to come, its largest scale between
 /// alpha_low and alpha_high. All coefficients of u_j are not negative, so that 0 W is the safest.
 class RobustLimit {
  public:
-  /// Throws Error if the model has no certificate or the settings are bad.
-  RobustLimit(const ReducedModel& model, const ControlSettings& settings, double absorption_max);
+  /// What the filter knows of the absorption: means and standard deviations.
+  struct Absorption {
+    double alpha;
+    double alpha_sigma;
+    double beta = 1.0;
+    double beta_sigma = 0.0;
+  };
+
+  /// `most`: the filter keeps its estimates below. Throws Error if the model has no certificate or
+  /// the settings are bad.
+  RobustLimit(const ReducedModel& model, const ControlSettings& settings, AbsorptionFactors most);
 
   /// One period has passed with `power`, W.
   void observe(double power) noexcept;
 
-  /// `covariance`: of (x, alpha), order + 1 square at least; `alpha`, `alpha_sigma`: the estimate.
+  /// `covariance`: of (x, alpha), order + 1 square at least.
   /// `pending`: power, W, of the period before stage 0, if it is not over yet; else 0. Valid until
   /// the next call.
   template <typename Covariance>
-  const LimitTightening& tighten(const Covariance& covariance, double alpha, double alpha_sigma,
+  const LimitTightening& tighten(const Covariance& covariance, const Absorption& absorption,
                                  bool delayed, double pending) noexcept {
     for (int k = 0; k < stages_; ++k) {
       const auto row = peak_powers_.row(k + 1);
@@ -38,11 +48,11 @@ class RobustLimit {
           row.dot((covariance.topLeftCorner(row.size(), row.size()) * row.transpose()).eval());
       sigma_[k] = variance > 0.0 ? std::sqrt(variance) : 0.0;
     }
-    return finish(alpha, alpha_sigma, delayed, pending);
+    return finish(absorption, delayed, pending);
   }
 
  private:
-  const LimitTightening& finish(double alpha, double alpha_sigma, bool delayed,
+  const LimitTightening& finish(const Absorption& absorption, bool delayed,
                                 double pending) noexcept;
   double largest_scale(double low, double high) const noexcept;
 
@@ -50,14 +60,17 @@ class RobustLimit {
   ErrorCertificate certificate_;
   double sigmas_;
   double power_max_;
-  double absorption_max_;
+  AbsorptionFactors most_;
   int stages_;
   BoundedMatrix<kMaxHorizon, kMaxOrder> peak_powers_;  // row k: C_peak A^k
   InputVector sigma_;                                  // K, of C A^k x, k = 1 …
   std::vector<double> majorant_;                       // c_j lambda_j^i, stage by stage
   std::array<double, kMaxMajorantTerms> applied_{};    // b_j of the powers so far, W
   ParametricMatrices matrices_;
-  StateVector pending_excess_;
+  StateVector estimated_;       // B at the estimate
+  StateVector input_low_;       // B(alpha_high, beta_low); tightening_ has beta_high
+  StateVector pending_excess_;  // of both over the estimate, times a pending power
+  StateVector pending_excess_low_;
   LimitTightening tightening_;
 };
 

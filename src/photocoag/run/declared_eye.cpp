@@ -1,5 +1,6 @@
 #include "photocoag/run/declared_eye.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -29,6 +30,11 @@ void scale(Tissue& tissue, const DeclaredQuantity& quantity, double factor) {
     case DeclaredQuantity::Part::kAbsorption:
       tissue.layers[quantity.layer].absorption *= factor;
       break;
+    case DeclaredQuantity::Part::kChoroid:
+      for (Layer& layer : tissue.layers) {
+        if (layer.scaled_by_beta) layer.absorption *= factor;
+      }
+      break;
   }
 }
 
@@ -56,15 +62,25 @@ std::vector<DeclaredQuantity> declared_quantities(const Config& config) {
   using Part = DeclaredQuantity::Part;
   const UncertaintySettings& u = config.uncertainty;
   std::vector<DeclaredQuantity> all;
-  if (u.spot_radius > 0.0) all.push_back({"spot radius", u.spot_radius, Part::kSpotRadius});
+  if (u.spot_radius > 0.0) {
+    all.push_back({"spot radius", u.spot_radius, u.spot_radius, Part::kSpotRadius});
+  }
   for (std::size_t i = 0; i < config.tissue.layers.size(); ++i) {
     const Layer& layer = config.tissue.layers[i];
     if (u.thickness > 0.0) {
-      all.push_back({layer.name + " thickness", u.thickness, Part::kThickness, i});
+      all.push_back({layer.name + " thickness", u.thickness, u.thickness, Part::kThickness, i});
     }
     if (u.absorption > 0.0 && !layer.scaled_by_alpha && layer.absorption > 0.0) {
-      all.push_back({layer.name + " absorption", u.absorption, Part::kAbsorption, i});
+      all.push_back({layer.name + " absorption", u.absorption, u.absorption, Part::kAbsorption, i});
     }
+  }
+  const EstimatorSettings& e = config.estimator;
+  if (e.unknowns == Unknowns::kRpeAndChoroid) {
+    const auto relative = [&e](double deviations) {
+      const double at = e.choroid_initial + deviations * e.choroid_sigma_initial;
+      return std::clamp(at, e.choroid_min, e.choroid_max) / e.choroid_initial - 1.0;
+    };
+    all.push_back({"choroid factor", -relative(-1.6), relative(3.1), Part::kChoroid});
   }
   return all;
 }
@@ -73,7 +89,7 @@ Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>
                        const std::vector<int>& signs) {
   Tissue tissue = config.tissue;
   for (std::size_t i = 0; i < quantities.size(); ++i) {
-    scale(tissue, quantities[i], 1.0 + signs[i] * quantities[i].relative);
+    scale(tissue, quantities[i], 1.0 + quantities[i].change(signs[i]));
   }
   return tissue;
 }

@@ -16,18 +16,23 @@
 
 namespace photocoag {
 
-/// One declared quantity: which part of the tissue it scales, and by how much at most.
+/// One uncertain quantity: which part of the tissue it scales, and by how much at most.
 struct DeclaredQuantity {
   std::string name;
-  double relative;
-  enum class Part { kSpotRadius, kThickness, kAbsorption } part;
+  double less;  ///< relative, 0 to below 1
+  double more;  ///< relative
+  enum class Part { kSpotRadius, kThickness, kAbsorption, kChoroid } part;
   std::size_t layer = 0;
+
+  /// Relative change for a sign of -1, 0 or 1.
+  double change(int sign) const noexcept { return sign < 0 ? -less : sign * more; }
 };
 
-/// Spot radius, each thickness, each absorption that alpha does not scale, as far as declared.
+/// Spot radius, each thickness, each absorption that alpha does not scale, as far as declared; and
+/// beta if it is estimated: from 1.6 deviations below its initial value to 3.1 above, as alpha.
 std::vector<DeclaredQuantity> declared_quantities(const Config& config);
 
-/// The model's tissue with each quantity moved by signs[i] (-1, 0, 1) times what is declared.
+/// The model's tissue with each quantity moved by change(signs[i]), signs -1, 0 or 1.
 Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>& quantities,
                        const std::vector<int>& signs);
 

@@ -299,7 +299,7 @@ class Search {
     std::string text;
     for (std::size_t i = 0; i < quantities_.size(); ++i) {
       text += fmt::format("{} {:+g} %, ", quantities_[i].name,
-                          100.0 * corners_[worst_.corner][i] * quantities_[i].relative);
+                          100.0 * quantities_[i].change(corners_[worst_.corner][i]));
     }
     return text + fmt::format("alpha {:.3g}, after {:g} ms", alpha_of(worst_.alpha),
                               1e3 * config_.control.period * double(worst_period_ + 1));

@@ -1,6 +1,6 @@
-// Role: offline; higher alpha-derivatives of absorbed fractions and bounds of them over a range of
-// alpha, at beta = 1. Used by mor (Taylor series, certificate). Source: derived here from docs/equations.md
-// (E3). Units: 1 (alpha has none). Threads: pure functions.
+// Role: offline; higher derivatives of absorbed fractions by alpha and beta, and bounds of them
+// over ranges of both. Used by mor (Taylor series, certificate). Source: derived here from
+// docs/equations.md (E3). Units: 1 (alpha and beta have none). Threads: pure functions.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,20 @@
 
 namespace photocoag {
 
+/// n times by alpha, m times by beta; not negative.
+struct DerivativeOrder {
+  int alpha = 0;
+  int beta = 0;
+
+  bool operator==(const DerivativeOrder&) const = default;
+};
+
+/// All alpha and beta from `low` to `high`, 0 <= low <= high.
+struct FactorRange {
+  AbsorptionFactors low;
+  AbsorptionFactors high;
+};
+
 /// (q + d)^n - q^n for q, d >= 0 without cancellation: d sum_i (q + d)^i q^(n-1-i).
 inline double power_step(double q, double d, int n) noexcept {
   double sum = 0.0;
@@ -17,32 +31,49 @@ inline double power_step(double q, double d, int n) noexcept {
   return d * sum;
 }
 
-/// n-th derivative of s(alpha), n >= 0. With p, q the optical depths per alpha in front and behind,
-/// E = exp(-tau_front) and X = exp(-(tau_back - tau_front)):
-///   s^(n) = (-1)^n (p^n E - q^n E X) = (-1)^n E [ p^n (1 - X) - (q^n - p^n) X ].
-inline double derivative(const AbsorbedFraction& fraction, int n, double alpha) noexcept {
-  const AbsorbedFraction s = fraction.at_choroid(1.0);
-  const double p = s.scaled_front;
-  const double step = s.scaled_back - s.scaled_front;
-  const double thickness = (s.fixed_back - s.fixed_front) + alpha * step;
-  const double front = std::exp(-(s.fixed_front + alpha * p));
+/// What both functions below are made of: with p, q the optical depths in front per alpha and per
+/// beta and P, Q those behind, p^n q^m and P^n Q^m - p^n q^m; neither is negative.
+struct DepthPowers {
+  double front;
+  double step;
+
+  DepthPowers(const AbsorbedFraction& s, DerivativeOrder order) noexcept
+      : front(std::pow(s.scaled_front, order.alpha) * std::pow(s.choroid_front, order.beta)),
+        step(std::pow(s.scaled_back, order.alpha) *
+                 power_step(s.choroid_front, s.choroid_back - s.choroid_front, order.beta) +
+             std::pow(s.choroid_front, order.beta) *
+                 power_step(s.scaled_front, s.scaled_back - s.scaled_front, order.alpha)) {}
+};
+
+/// The derivative of s of this order. With E = exp(-tau_front), X = exp(-(tau_back - tau_front)):
+///   (-1)^(n+m) (p^n q^m E - P^n Q^m E X) = (-1)^(n+m) E [ p^n q^m (1 - X) - (P^n Q^m - p^n q^m) X
+///   ].
+inline double derivative(const AbsorbedFraction& fraction, DerivativeOrder order,
+                         AbsorptionFactors at) noexcept {
+  const AbsorbedFraction s = fraction.at_choroid(at.beta);
+  const double thickness =
+      (s.fixed_back - s.fixed_front) + at.alpha * (s.scaled_back - s.scaled_front);
+  const double front = std::exp(-(s.fixed_front + at.alpha * s.scaled_front));
+  const DepthPowers powers(fraction, order);
   const double bracket =
-      -std::pow(p, n) * std::expm1(-thickness) - power_step(p, step, n) * std::exp(-thickness);
-  return (n % 2 == 0 ? 1.0 : -1.0) * front * bracket;
+      -powers.front * std::expm1(-thickness) - powers.step * std::exp(-thickness);
+  return ((order.alpha + order.beta) % 2 == 0 ? 1.0 : -1.0) * front * bracket;
 }
 
-/// At least |s^(n)| everywhere on [low, high], 0 <= low <= high: the bracket is the difference of
-/// two terms that are not negative, E and X fall with alpha and 1 - X grows.
-inline double derivative_bound(const AbsorbedFraction& fraction, int n, double low,
-                               double high) noexcept {
-  const AbsorbedFraction s = fraction.at_choroid(1.0);
-  const double p = s.scaled_front;
-  const double step = s.scaled_back - s.scaled_front;
-  const double fixed = s.fixed_back - s.fixed_front;
-  const double front = std::exp(-(s.fixed_front + low * p));
-  const double absorbed = -std::expm1(-(fixed + high * step));
-  const double passed = std::exp(-(fixed + low * step));
-  return front * std::max(std::pow(p, n) * absorbed, power_step(p, step, n) * passed);
+/// At least the absolute derivative everywhere in `range`: the bracket is the difference of two
+/// terms that are not negative, E and X fall with alpha and beta and 1 - X grows.
+inline double derivative_bound(const AbsorbedFraction& fraction, DerivativeOrder order,
+                               const FactorRange& range) noexcept {
+  const auto thickness = [&fraction](AbsorptionFactors at) {
+    const AbsorbedFraction s = fraction.at_choroid(at.beta);
+    return (s.fixed_back - s.fixed_front) + at.alpha * (s.scaled_back - s.scaled_front);
+  };
+  const AbsorbedFraction s = fraction.at_choroid(range.low.beta);
+  const double front = std::exp(-(s.fixed_front + range.low.alpha * s.scaled_front));
+  const double absorbed = -std::expm1(-thickness(range.high));
+  const double passed = std::exp(-thickness(range.low));
+  const DepthPowers powers(fraction, order);
+  return front * std::max(powers.front * absorbed, powers.step * passed);
 }
 
 }  // namespace photocoag
