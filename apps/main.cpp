@@ -14,6 +14,7 @@
 #include "console_command.hpp"
 #include "device_commands.hpp"
 #include "driver_check_command.hpp"
+#include "export_fmu_command.hpp"
 #include "json_object.hpp"
 #include "machine_commands.hpp"
 #include "model_commands.hpp"
@@ -54,8 +55,8 @@ void group_commands(CLI::App& app) {
   const CommandGroup groups[] = {
       {"Treat", {"treat", "simulate", "console", "session", "config"}},
       {"Model",
-       {"response", "reduce", "field", "export", "export-c", "boundaries", "discretizations",
-        "information"}},
+       {"response", "reduce", "field", "export", "export-c", "export-fmu", "boundaries",
+        "discretizations", "information"}},
       {"Study", {"reproduce", "explain", "sweep", "compare", "campaign", "spots", "estimation"}},
       {"Device", {"eye", "calibrate", "driver-check", "convert", "replay", "faults"}},
       {"Machine", {"doctor", "latency", "bench", "completion"}}};
@@ -296,6 +297,7 @@ int run_command(int argc, char** argv) {
 
   add_device_commands(app, exit_code);
   add_driver_check(app, exit_code);
+  add_export_fmu(app, exit_code);
   add_session(app, exit_code);
   add_study_commands(app, exit_code);
   add_console_command(app, exit_code);

@@ -20,7 +20,7 @@ constexpr Use kUses[] = {Use::kSimulate,        Use::kTreat,      Use::kTreatEye
                          Use::kResponseReduced, Use::kReduce,     Use::kCompareReductions,
                          Use::kExport,          Use::kBoundaries, Use::kSchemeErrors,
                          Use::kEstimation,      Use::kSpots,      Use::kCalibrate,
-                         Use::kExportC};
+                         Use::kExportC,         Use::kFmuEye,     Use::kFmuController};
 
 std::vector<std::string> unused_of(Use use, const std::vector<std::string>& set,
                                    const std::string& file = "") {

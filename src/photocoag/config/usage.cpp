@@ -23,7 +23,8 @@ constexpr std::uint32_t kTreating =
     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver});
 constexpr std::uint32_t kMany = bits({Use::kEstimation, Use::kSpots});
 /// The controller alone.
-constexpr std::uint32_t kCode = bits({Use::kExportC});
+constexpr std::uint32_t kCode = bits({Use::kExportC, Use::kFmuController});
+constexpr std::uint32_t kFmuEye = bits({Use::kFmuEye});
 constexpr std::uint32_t kReducing = bits({Use::kReduce, Use::kResponseReduced});
 constexpr std::uint32_t kShowing = bits({Use::kResponseFull, Use::kResponseReduced});
 constexpr std::uint32_t kPulsed = bits({Use::kTreatEye, Use::kEye});
@@ -31,9 +32,9 @@ constexpr std::uint32_t kOfTheEye = bits({Use::kBoundaries, Use::kSchemeErrors})
 constexpr std::uint32_t kSteps =
     bits({Use::kEye, Use::kCompareReductions, Use::kExport}) | kReducing | kShowing;
 /// Of the simulated eye in this process alone.
-constexpr std::uint32_t kBench = bits({Use::kSimulate, Use::kTreat, Use::kSpots});
+constexpr std::uint32_t kBench = bits({Use::kSimulate, Use::kTreat, Use::kSpots, Use::kFmuEye});
 /// What a controller may know of a bench.
-constexpr std::uint32_t kTold = kBench | kCode | bits({Use::kTreatDriver});
+constexpr std::uint32_t kTold = (kBench & ~kFmuEye) | kCode | bits({Use::kTreatDriver});
 constexpr std::uint32_t kBuilding = kAll & ~bits({Use::kCalibrate});
 
 /// Of all rules whose beginning a key has, the longest holds.
@@ -43,7 +44,8 @@ struct Rule {
 };
 constexpr Rule kRules[] = {
     {"control.", kTreating | kMany | kCode},
-    {"control.period_ms", kTreating | kMany | kSteps | kCode},
+    {"control.period_ms", kTreating | kMany | kSteps | kCode | kFmuEye},
+    {"control.delay_cycles", kTreating | kMany | kCode | kFmuEye},
     {"control.robust", kTreating | kMany | kReducing | kCode},
     {"control.robust_sigma", kTreating | kMany | kCode},
     {"estimator.", kTreating | kMany | kCode},
@@ -51,27 +53,27 @@ constexpr Rule kRules[] = {
     {"estimator.sample_averaging_periods", kTold},
     {"estimator.sample_lag_periods", kTold},
     {"estimator.power_lag_periods", kTold},
-    {"safety.", kTreating | kMany},
+    {"safety.", kTreating | kMany | bits({Use::kFmuController})},
     {"safety.real_time", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver})},
     {"safety.core", bits({Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kEye})},
-    {"model.", kTreating | kMany | kReducing | kCode},
-    {"model.file", kTreating | kMany | kCode | bits({Use::kResponseReduced})},
-    {"model.discretization",
-     kTreating | kMany | kReducing | kCode | bits({Use::kCompareReductions, Use::kExport})},
+    {"model.", kTreating | kMany | kReducing | kCode | kFmuEye},
+    {"model.file", kTreating | kMany | kCode | kFmuEye | bits({Use::kResponseReduced})},
+    {"model.discretization", kTreating | kMany | kReducing | kCode | kFmuEye |
+                                 bits({Use::kCompareReductions, Use::kExport})},
     {"grid.", kBuilding},
     {"tissue.", kBuilding},
     {"tissue.ambient_C", kAll},
     {"uncertainty.",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kTreatDriver, Use::kSpots}) | kCode},
     {"prior", kTreating | kReducing | kCode},
-    {"plant.", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) | kMany},
-    {"plant.model", bits({Use::kSimulate, Use::kTreat})},
+    {"plant.", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) | kMany | kFmuEye},
+    {"plant.model", bits({Use::kSimulate, Use::kTreat}) | kFmuEye},
     {"plant.absorption_factor", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye}) |
-                                    bits({Use::kEstimation}) | kOfTheEye},
+                                    bits({Use::kEstimation}) | kOfTheEye | kFmuEye},
     {"plant.choroid_factor",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kExport}) | kMany |
-         kOfTheEye},
-    {"plant.noise_K", kTreating | kMany | bits({Use::kEye}) | kCode},
+         kOfTheEye | kFmuEye},
+    {"plant.noise_K", kTreating | kMany | bits({Use::kEye}) | kCode | kFmuEye},
     {"plant.sample_averaging_periods", kBench},
     {"plant.sample_lag_periods", kBench},
     {"plant.power_lag_periods", kBench},
@@ -79,18 +81,20 @@ constexpr Rule kRules[] = {
     {"plant.power_gain", kBench},
     {"plant.sample_gain", kBench},
     {"plant.absorption_drift_per_s", kBench},
-    {"plant.discretization", bits({Use::kSimulate, Use::kTreat}) | kMany | kShowing},
+    {"plant.discretization", bits({Use::kSimulate, Use::kTreat}) | kMany | kShowing | kFmuEye},
     {"plant.tissue",
      bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kSchemeErrors}) | kMany |
-         kShowing},
+         kShowing | kFmuEye},
     {"photoacoustics.", bits({Use::kTreatEye})},
-    {"photoacoustics.sampling", bits({Use::kTreatEye}) | kCode},
+    {"photoacoustics.sampling", bits({Use::kTreatEye}) | kCode | kFmuEye},
     {"photoacoustics.calibration", kPulsed | bits({Use::kCalibrate})},
     {"photoacoustics.eye_calibration", kPulsed | bits({Use::kCalibrate})},
     {"photoacoustics.eye_noise", kPulsed},
     {"photoacoustics.pulse_period_ms", kPulsed},
     {"run.", kTreating | kMany},
-    {"run.seed", bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kCalibrate})},
+    {"run.duration_ms", kTreating | kMany | kFmuEye | bits({Use::kFmuController})},
+    {"run.seed",
+     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kCalibrate}) | kFmuEye},
 };
 
 /// A key that another one switches off.
@@ -99,6 +103,9 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   };
   const bool many = (kMany & static_cast<std::uint32_t>(use)) != 0;
+  if (use == Use::kFmuEye && key.starts_with("model.") && c.plant.model == PlantModel::kFull) {
+    return "plant.model = \"full\"";
+  }
   if (key == "control.osqp_tolerance" && c.control.solver == SolverKind::kDense) {
     return "control.solver = \"dense\"";
   }

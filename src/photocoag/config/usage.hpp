@@ -30,6 +30,8 @@ enum class Use : std::uint32_t {
   kSpots = 1U << 13U,
   kCalibrate = 1U << 14U,  ///< --example
   kExportC = 1U << 15U,    ///< the controller as C
+  kFmuEye = 1U << 16U,     ///< export-fmu eye
+  kFmuController = 1U << 17U,
 };
 
 /// A value that was given and that the use has no place for.

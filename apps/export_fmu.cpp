@@ -1,0 +1,113 @@
+// `photocoag export-fmu`: the simulated eye, or the controller, for other simulation programs.
+#include "export_fmu_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
+#include "options.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/fmu/package.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/tissue_margin.hpp"
+#include "progress.hpp"
+#include "zip.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportFmuOptions : CommonOptions {
+  std::string kind;
+  std::string out;  ///< file
+};
+
+void require_new(const std::string& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) == 0) return;
+  throw Error(ErrorParts{.where = "--out",
+                         .problem = "exists and is not empty",
+                         .found = file,
+                         .accepted = "a new file"});
+}
+
+// Beside the program, or where it is installed.
+std::string fmu_library() {
+  constexpr std::size_t kLargest = 100'000'000;
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const char* place :
+       {"photocoag_fmu.so", "../lib/photocoag/photocoag_fmu.so",
+        "../lib64/photocoag/photocoag_fmu.so", "../lib/x86_64-linux-gnu/photocoag/photocoag_fmu.so",
+        "../lib/aarch64-linux-gnu/photocoag/photocoag_fmu.so"}) {
+    if (fs::exists(folder / place)) return read_file(folder / place, kLargest, "library");
+  }
+  throw Error(
+      ErrorParts{.where = folder / "photocoag_fmu.so",
+                 .problem = "the FMU's library was not built with this program",
+                 .accepted = "a build with -DPHOTOCOAG_EMBEDDABLE=ON, as ./photocoag does"});
+}
+
+int export_fmu(const ExportFmuOptions& options) {
+  const FmuKind kind = options.kind == "eye" ? FmuKind::kEye : FmuKind::kController;
+  const Config config = configured(kind == FmuKind::kEye ? Use::kFmuEye : Use::kFmuController,
+                                   options.config, options.set);
+  require_fmu_carries(kind, config);
+  require_new(options.out);
+  if (fmu_platform().empty()) throw Error("FMI 3.0 has no name for this machine's platform");
+  const std::string library = fmu_library();
+
+  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
+    draw_progress("reducing", fraction, stage);
+  });
+  std::optional<ReducedModel> model;
+  TissueMargin margin;
+  if (kind == FmuKind::kController) {
+    model = models.reduced();
+    if (wants_margin(config)) margin = tissue_margin(config, *model);
+  } else if (config.plant.model == PlantModel::kReduced) {
+    model = models.plant_reduced();
+  }
+  clear_progress();
+  const FmuResources resources = fmu_resources(kind, config, model ? &*model : nullptr, margin);
+  std::vector<FmuFile> files = fmu_files(resources, config);
+  files.push_back(
+      {fmt::format("binaries/{}/{}.so", fmu_platform(), fmu_model_identifier(kind)), library});
+  write_file(options.out, zip_archive(files));
+  say("photocoag {}: {}\n{} as FMI 3.0 co-simulation, communication step {:g} ms\nwritten   {}\n",
+      version(), kResearchNotice, options.kind, config.control.period * 1e3, options.out);
+  return 0;
+}
+
+}  // namespace
+
+void add_export_fmu(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<ExportFmuOptions>();
+  CLI::App* command = app.add_subcommand(
+      "export-fmu", "write the simulated eye or the controller as an FMU (FMI 3.0, co-simulation)");
+  command->add_option("KIND", options->kind, "eye, or controller with its supervisor")
+      ->required()
+      ->check(CLI::IsMember({"eye", "controller"}));
+  add_common(*command, *options);
+  add_cache(*command, *options);
+  command->add_option("--out", options->out, "file to write, NAME.fmu")
+      ->required()
+      ->type_name("FILE");
+  command->footer(
+      footer("  photocoag export-fmu controller --out controller.fmu\n"
+             "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"
+             "Stepped one after the other, eye first, they give the powers of simulate with the "
+             "same configuration\nbit for bit: docs/fmu.md."));
+  command->callback([options, &exit_code] { exit_code = export_fmu(*options); });
+}
+
+}  // namespace photocoag

@@ -1,0 +1,279 @@
+// The C functions of an FMU (FMI 3.0, co-simulation) around FmuInstance: exceptions end here, as
+// fmi3Error and a message to the importer's logger. What is not supported:
+// src/fmu/c/fmi3_unsupported.c.
+#include <fmt/format.h>
+
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <fmi3.h>
+#include <fmi3_refuse.h>
+#include "photocoag/core/error.hpp"
+#include "photocoag/fmu/handles.hpp"
+#include "photocoag/fmu/instance.hpp"
+
+namespace photocoag {
+namespace {
+
+struct Importer {
+  fmi3InstanceEnvironment environment = nullptr;
+  fmi3LogMessageCallback log = nullptr;
+
+  void tell(const char* function, const char* message) const noexcept {
+    if (log == nullptr) return;
+    try {
+      log(environment, fmi3Error, FMU_LOG_CATEGORY,
+          fmt::format("{}: {}", function, message).c_str());
+    } catch (const std::exception&) {
+      log(environment, fmi3Error, FMU_LOG_CATEGORY, function);
+    }
+  }
+};
+
+struct Served {
+  Importer importer;
+  FmuInstance instance;
+};
+
+Handles<Served>& all() {
+  static Handles<Served> handles;
+  return handles;
+}
+
+template <typename F>
+fmi3Status call(fmi3Instance handle, const char* function, F f) noexcept {
+  Served* served = all().find(handle);
+  if (served == nullptr) return fmi3Error;
+  try {
+    f(served->instance);
+    return fmi3OK;
+  } catch (const std::exception& error) {
+    served->importer.tell(function, error.what());
+    return fmi3Error;
+  }
+}
+
+void require_given(bool given) {
+  if (!given) throw Error("a null pointer, or another number of values than of references");
+}
+
+bool fits(const fmi3ValueReference* references, std::size_t n, const void* values,
+          std::size_t n_values) {
+  return n == n_values && (n == 0 || (references != nullptr && values != nullptr));
+}
+
+// All of the references or none.
+template <typename T>
+fmi3Status get(fmi3Instance handle, const char* function, FmuType type,
+               const fmi3ValueReference* references, std::size_t n, T* values,
+               std::size_t n_values) noexcept {
+  return call(handle, function, [&](FmuInstance& instance) {
+    require_given(fits(references, n, values, n_values));
+    for (std::size_t i = 0; i < n; ++i) instance.check_readable(type, references[i]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const FmuValue& value = instance.value(references[i]);
+      values[i] =
+          type == FmuType::kFloat64 ? static_cast<T>(value.number) : static_cast<T>(value.whole);
+    }
+  });
+}
+
+template <typename T>
+fmi3Status set(fmi3Instance handle, const char* function, FmuType type,
+               const fmi3ValueReference* references, std::size_t n, const T* values,
+               std::size_t n_values) noexcept {
+  const auto value_of = [type](T value) {
+    return type == FmuType::kFloat64 ? FmuValue{.number = static_cast<double>(value)}
+                                     : FmuValue{.whole = static_cast<std::int64_t>(value)};
+  };
+  return call(handle, function, [&](FmuInstance& instance) {
+    require_given(fits(references, n, values, n_values));
+    for (std::size_t i = 0; i < n; ++i) {
+      instance.check_writable(type, references[i], value_of(values[i]));
+    }
+    for (std::size_t i = 0; i < n; ++i) instance.set_value(references[i], value_of(values[i]));
+  });
+}
+
+}  // namespace
+}  // namespace photocoag
+
+using photocoag::all;
+using photocoag::call;
+using photocoag::FmuInstance;
+using photocoag::FmuState;
+using photocoag::FmuType;
+using photocoag::require_given;
+
+extern "C" {
+
+fmi3Status fmu_refuse(fmi3Instance handle, const char* function) {
+  return call(handle, function, [](FmuInstance&) {
+    throw photocoag::Error("not supported by this FMU, which is for plain co-simulation");
+  });
+}
+
+fmi3Status fmu_refuse_access(fmi3Instance handle, const char* function, size_t n, size_t n_values) {
+  return call(handle, function, [&](FmuInstance&) {
+    if (n == 0 && n_values == 0) return;
+    throw photocoag::Error("no variable of this FMU has that type");
+  });
+}
+
+const char* fmi3GetVersion(void) { return FMI3_VERSION; }
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
+                                         fmi3Boolean, fmi3Boolean, fmi3Boolean event_mode,
+                                         fmi3Boolean, const fmi3ValueReference*,
+                                         size_t n_intermediate, fmi3InstanceEnvironment environment,
+                                         fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback) {
+  const photocoag::Importer importer{environment, log};
+  try {
+    require_given(name != nullptr && token != nullptr && resources != nullptr);
+    if (event_mode || n_intermediate > 0) {
+      throw photocoag::Error(
+          "no event mode and no intermediate variables: see modelDescription.xml");
+    }
+    auto served = std::make_unique<photocoag::Served>(
+        photocoag::Served{importer, FmuInstance(resources, token)});
+    fmi3Instance handle = all().add(std::move(served));
+    if (handle == nullptr) throw photocoag::Error("too many instances at a time");
+    return handle;
+  } catch (const std::exception& error) {
+    importer.tell(__func__, error.what());
+    return nullptr;
+  }
+}
+
+void fmi3FreeInstance(fmi3Instance handle) { all().remove(handle); }
+
+// Only errors are logged, and always.
+fmi3Status fmi3SetDebugLogging(fmi3Instance handle, fmi3Boolean, size_t n,
+                               const fmi3String categories[]) {
+  return call(handle, __func__, [&](FmuInstance&) {
+    require_given(n == 0 || categories != nullptr);
+    for (size_t i = 0; i < n; ++i) {
+      if (categories[i] == nullptr || std::string(categories[i]) != FMU_LOG_CATEGORY) {
+        throw photocoag::Error("unknown log category");
+      }
+    }
+  });
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean, fmi3Float64,
+                                       fmi3Float64 start, fmi3Boolean stop_defined,
+                                       fmi3Float64 stop) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    instance.enter_initialization(start, stop_defined, stop);
+  });
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance handle) {
+  return call(handle, __func__, [](FmuInstance& instance) { instance.exit_initialization(); });
+}
+
+fmi3Status fmi3Terminate(fmi3Instance handle) {
+  return call(handle, __func__, [](FmuInstance& instance) { instance.terminate(); });
+}
+
+fmi3Status fmi3Reset(fmi3Instance handle) {
+  return call(handle, __func__, [](FmuInstance& instance) { instance.reset(); });
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                          fmi3Float64 values[], size_t n_values) {
+  return photocoag::get(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
+}
+
+fmi3Status fmi3GetInt64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                        fmi3Int64 values[], size_t n_values) {
+  return photocoag::get(handle, __func__, FmuType::kInt64, references, n, values, n_values);
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                          fmi3Boolean values[], size_t n_values) {
+  return photocoag::get(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                          const fmi3Float64 values[], size_t n_values) {
+  return photocoag::set(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
+}
+
+fmi3Status fmi3SetInt64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                        const fmi3Int64 values[], size_t n_values) {
+  return photocoag::set(handle, __func__, FmuType::kInt64, references, n, values, n_values);
+}
+
+fmi3Status fmi3SetBoolean(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
+                          const fmi3Boolean values[], size_t n_values) {
+  return photocoag::set(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
+}
+
+fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, fmi3Boolean,
+                      fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return,
+                      fmi3Float64* last_time) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    require_given(event_needed != nullptr && terminate != nullptr && early_return != nullptr &&
+                  last_time != nullptr);
+    *event_needed = false;
+    *terminate = false;
+    *early_return = false;
+    *last_time = instance.time();
+    instance.step(time, step);
+    *last_time = instance.time();
+  });
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance handle, fmi3FMUState* state) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    require_given(state != nullptr);
+    if (*state == nullptr) {
+      *state = const_cast<FmuState*>(instance.save_state());
+    } else {
+      instance.save_state(static_cast<FmuState*>(*state));
+    }
+  });
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance handle, fmi3FMUState state) {
+  return call(handle, __func__,
+              [&](FmuInstance& instance) { instance.restore(static_cast<FmuState*>(state)); });
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance handle, fmi3FMUState* state) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    require_given(state != nullptr);
+    instance.free_state(static_cast<FmuState*>(*state));
+    *state = nullptr;
+  });
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance handle, fmi3FMUState state, size_t* size) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    require_given(size != nullptr);
+    *size = instance.serialized_size(static_cast<FmuState*>(state));
+  });
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance handle, fmi3FMUState state, fmi3Byte bytes[],
+                                 size_t size) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    const std::vector<std::uint8_t> all_bytes = instance.serialize(static_cast<FmuState*>(state));
+    require_given(bytes != nullptr && size == all_bytes.size());
+    std::copy(all_bytes.begin(), all_bytes.end(), bytes);
+  });
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance handle, const fmi3Byte bytes[], size_t size,
+                                   fmi3FMUState* state) {
+  return call(handle, __func__, [&](FmuInstance& instance) {
+    require_given(bytes != nullptr && state != nullptr);
+    *state = const_cast<FmuState*>(instance.deserialize({bytes, size}));
+  });
+}
+
+}  // extern "C"
