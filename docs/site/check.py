@@ -112,7 +112,7 @@ def browser_faults(folder: Path) -> Iterator[str]:
         word = page.partition("?q=")[2]
         if word and not re.search(rf'<a href="[^"]*{re.escape(searches[word])}[^"]*"', text.partition('id="search-results"')[2]):
             yield f"{page}: does not find {searches[word]}"
-        if page.endswith("equations.html") and "<mjx-container" not in text:
+        if page.endswith("equations.html") and ("<mjx-container" not in text or "data-mjx-error" in text):
             yield f"{page}: its equations are not rendered"
 
 

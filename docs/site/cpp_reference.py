@@ -259,7 +259,7 @@ class Reference:
     def _class(self, compound: ET.Element) -> Iterator[str]:
         name = flat(compound.find("compoundname")).removeprefix("photocoag::")
         yield f"#### {self._prose.line(name)}"
-        bases = ", ".join(flat(base) for base in compound.findall("basecompoundref"))
+        bases = ", ".join(flat(base).removeprefix("photocoag::") for base in compound.findall("basecompoundref"))
         yield f"```cpp\n{template(compound)}{compound.get('kind')} {name}{' : ' + bases if bases else ''};\n```"
         yield self._prose.text(compound.find("briefdescription"), compound.find("detaileddescription"))
         members = [
@@ -283,7 +283,9 @@ class Reference:
             if member.get("kind") == "variable" and said and "\n" not in said and len(declared[-1] + short) < 110:
                 declared[-1] += f"  // {short}"
             elif said:
-                yield "```cpp\n" + "\n".join(declared) + "\n```"
+                for block in (declared[:-1], declared[-1:]):
+                    if block:
+                        yield "```cpp\n" + "\n".join(block) + "\n```"
                 yield said
                 declared = []
         if declared:

@@ -175,7 +175,7 @@ class Run:
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f"<tr><th style='text-align:left'>{escape(key)}</th><td>{escape(_shown(value))}</td></tr>"
+            f"<tr><th style='text-align:left'>{escape(key)}</th><td style='word-break:break-all'>{escape(_shown(value))}</td></tr>"
             for key, value in self.summary.items()
             if not isinstance(value, (dict, list)) and key != "notice"
         )
