@@ -12,6 +12,9 @@ from . import _core
 from ._errors import ConfigError, refuse
 
 
+_Core = _core.Config  # inside of Config, `_core` is its attribute
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
@@ -158,7 +161,7 @@ class Config:
 
     __slots__ = ("_core", "_values")
 
-    _core: _core.Config
+    _core: _Core
     _values: dict[str, Any] | None
 
     def __init__(self) -> None:
@@ -166,7 +169,7 @@ class Config:
         self._values = None
 
     @classmethod
-    def _of(cls, core: _core.Config) -> Config:
+    def _of(cls, core: _Core) -> Config:
         config = cls.__new__(cls)
         config._core = core
         config._values = None

@@ -125,6 +125,7 @@ def test_many_are_the_same_as_one_by_one(config):
     assert [run.to_csv() for run in runs] == [pc.simulate(config, seed=s).to_csv() for s in seeds]
     assert [run.config.run.seed for run in runs] == seeds and told[-1] == (3, 3)
     several = [config.set("control.horizon", n) for n in (2, 8)]
+    assert [run.config for run in pc.simulate_many(several)] == several
     assert [run.to_csv() for run in pc.simulate_many(several)] == [pc.simulate(c).to_csv() for c in several]
 
 
