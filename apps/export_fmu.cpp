@@ -8,6 +8,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "commands.hpp"
 #include "configured.hpp"
@@ -17,6 +20,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/fmu/package.hpp"
+#include "photocoag/fmu/source_package.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 #include "progress.hpp"
@@ -30,6 +34,7 @@ namespace fs = std::filesystem;
 struct ExportFmuOptions : CommonOptions {
   std::string kind;
   std::string out;  ///< file
+  bool source = false;
 };
 
 void require_new(const std::string& file) {
@@ -57,18 +62,15 @@ std::string fmu_library() {
                  .accepted = "a build with -DPHOTOCOAG_EMBEDDABLE=ON, as ./photocoag does"});
 }
 
-int export_fmu(const ExportFmuOptions& options) {
-  const FmuKind kind = options.kind == "eye" ? FmuKind::kEye : FmuKind::kController;
-  const Config config = configured(kind == FmuKind::kEye ? Use::kFmuEye : Use::kFmuController,
-                                   options.config, options.set);
-  require_fmu_carries(kind, config);
-  require_new(options.out);
+void show_reduction(std::string_view stage, double fraction) {
+  draw_progress("reducing", fraction, stage);
+}
+
+std::vector<FmuFile> files_with_library(FmuKind kind, const Config& config,
+                                        const ExportFmuOptions& options) {
   if (fmu_platform().empty()) throw Error("FMI 3.0 has no name for this machine's platform");
   const std::string library = fmu_library();
-
-  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
-    draw_progress("reducing", fraction, stage);
-  });
+  ModelStore models(config, !options.no_cache, show_reduction);
   std::optional<ReducedModel> model;
   TissueMargin margin;
   if (kind == FmuKind::kController) {
@@ -82,7 +84,26 @@ int export_fmu(const ExportFmuOptions& options) {
   std::vector<FmuFile> files = fmu_files(resources, config);
   files.push_back(
       {fmt::format("binaries/{}/{}.so", fmu_platform(), fmu_model_identifier(kind)), library});
-  write_file(options.out, zip_archive(files));
+  return files;
+}
+
+int export_fmu(const ExportFmuOptions& options) {
+  const FmuKind kind = options.kind == "eye" ? FmuKind::kEye : FmuKind::kController;
+  const Config config = configured(kind == FmuKind::kEye ? Use::kFmuEye : Use::kFmuController,
+                                   options.config, options.set);
+  require_fmu_carries(kind, config);
+  if (options.source) require_fmu_source_carries(kind, config);
+  require_new(options.out);
+  if (options.source) {
+    ModelStore models(config, !options.no_cache, show_reduction);
+    const ReducedModel& model = models.reduced();
+    clear_progress();
+    write_file(options.out,
+               zip_archive(fmu_source_files(told_to_controller(config, model), model)));
+    say("WARNING   the supervisor is not in the sources: see docs/fmu.md\n");
+  } else {
+    write_file(options.out, zip_archive(files_with_library(kind, config, options)));
+  }
   say("photocoag {}: {}\n{} as FMI 3.0 co-simulation, communication step {:g} ms\nwritten   {}\n",
       version(), kResearchNotice, options.kind, config.control.period * 1e3, options.out);
   return 0;
@@ -102,9 +123,12 @@ void add_export_fmu(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "file to write, NAME.fmu")
       ->required()
       ->type_name("FILE");
+  command->add_flag("--source", options->source,
+                    "the controller as C99 sources instead of a library (without the supervisor)");
   command->footer(
       footer("  photocoag export-fmu controller --out controller.fmu\n"
              "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"
+             "  photocoag export-fmu controller --source --out controller-c.fmu\n"
              "Stepped one after the other, eye first, they give the powers of simulate with the "
              "same configuration\nbit for bit: docs/fmu.md."));
   command->callback([options, &exit_code] { exit_code = export_fmu(*options); });

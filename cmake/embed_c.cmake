@@ -1,7 +1,7 @@
-# The C files of src/export/c as string literals: cmake -DFOLDER=… -DOUTPUT=… -P embed_c.cmake
+# The C files of a folder as string literals: cmake -DFOLDER=… -DOUTPUT=… -DHEADER=… -DFUNCTION=… -P embed_c.cmake
 file(GLOB files ${FOLDER}/*)
 list(SORT files)
-set(text "// Made by cmake/embed_c.cmake from src/export/c.\n#include \"photocoag/export/c_sources.hpp\"\n\nnamespace photocoag {\n\nconst std::vector<CSource>& c_sources() {\n  static const std::vector<CSource> all = {\n")
+set(text "// Made by cmake/embed_c.cmake.\n#include \"${HEADER}\"\n\nnamespace photocoag {\n\nconst std::vector<CSource>& ${FUNCTION}() {\n  static const std::vector<CSource> all = {\n")
 foreach(file IN LISTS files)
   get_filename_component(name ${file} NAME)
   file(READ ${file} content)

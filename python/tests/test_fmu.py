@@ -34,8 +34,9 @@ def call(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
 
 
-def export(kind: str, out: Path, config: str = "", settings: Settings | None = None) -> Path:
-    options = ["--config", str(ROOT / config)] if config else []
+def export(kind: str, out: Path, config: str = "", settings: Settings | None = None, *more: str) -> Path:
+    options = list(more)
+    options += ["--config", str(ROOT / config)] if config else []
     for key, value in (settings or {}).items():
         options += ["--set", f"{key}={value}"]
     done = call("export-fmu", kind, *options, "--out", str(out))
@@ -455,6 +456,104 @@ def test_our_declarations_are_the_standards(tmp_path: Path) -> None:
             'fmi3IntervalChanged == 2 && sizeof checked == 5, "");\n'
         )
         subprocess.run(["gcc", "-std=c11", "-Werror", "-fsyntax-only", "-I", str(folder), str(values)], check=True)
+
+
+def compiled(part_file: Path, folder: Path) -> Part:
+    """A source FMU with the library that its buildDescription.xml describes."""
+    part = fmpy.read_model_description(str(part_file))
+    fmpy.extract(str(part_file), str(folder))
+    (files,) = part.buildConfigurations[0].sourceFileSets
+    assert files.language == "C99"
+    binaries = folder / "binaries" / fmpy.platform_tuple
+    binaries.mkdir(parents=True)
+    strict = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    link = ["-fPIC", "-shared", "-Wl,-z,defs", "-o", str(binaries / f"{part.coSimulation.modelIdentifier}.so")]
+    subprocess.run(["gcc", *strict, *link, *files.sourceFiles, "-lm"], check=True, cwd=folder / "sources")
+    return Part(part_file, folder)
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("source")
+    return export("controller", folder / "c.fmu", "", {"control.horizon": "10"}, "--source")
+
+
+def test_the_source_fmu_compiles_and_treats_as_simulate_does(source: Path, tmp_path: Path) -> None:
+    assert validate_fmu(str(source)) == []
+    settings = {"control.horizon": "10", "safety.supervisor": "off"}
+    rows = simulated(tmp_path / "run", "", settings)
+    eye = Part(export("eye", tmp_path / "eye.fmu"), tmp_path / "eye")
+    controller = compiled(source, tmp_path / "c")
+    eye.begin()
+    controller.begin()
+    for row, power in zip(rows, powers(eye, controller, len(rows)), strict=True):
+        assert power == pytest.approx(float(row["power_W"]), abs=1e-12)
+        if row is rows[100]:  # there and back, through bytes
+            state = controller.fmu.getFMUState()
+            data = controller.fmu.serializeFMUState(state)
+            controller.fmu.freeFMUState(state)
+            controller.fmu.reset()
+            controller.fmu.setFMUState(controller.fmu.deserializeFMUState(data))
+            with pytest.raises(Exception, match="Deserialize"):
+                controller.fmu.deserializeFMUState(b"x" + data[1:])
+    controller.end()
+
+
+def test_the_source_fmu_refuses_misuse(source: Path, tmp_path: Path) -> None:
+    part = compiled(source, tmp_path / "c")
+    raw = Raw(part)
+    for name in declared():
+        if name in ("fmi3GetVersion", "fmi3FreeInstance") or "Instantiate" in name:
+            continue
+        assert raw.call(name, None, *[ctypes.c_void_p(None)] * 11) == ERROR, name
+    assert raw.instantiate(name=None) is None
+    assert raw.instantiate(token=b"another") is None
+    assert raw.instantiate(event_mode=True) is None
+    instance = raw.instantiate()
+    assert instance
+    raw.said.clear()
+    time, fine = ctypes.c_double, [ctypes.byref(ctypes.c_bool()) for _ in range(3)] + [ctypes.byref(ctypes.c_double())]
+    step = ("fmi3DoStep", instance, time(0.0), time(part.period), False)
+    output = numbers(part.variables["power"].valueReference)
+    bad = [
+        ("fmi3ExitInitializationMode", instance),
+        (*step, *fine),
+        ("fmi3GetFloat64", instance, output, N(1), doubles(0.0), N(1)),
+        ("fmi3EnterInitializationMode", instance, False, time(0.0), time(math.nan), False, time(0.0)),
+    ]
+    late = [
+        ("fmi3GetFloat64", instance, numbers(10_000), N(1), doubles(0.0), N(1)),
+        ("fmi3GetInt64", instance, output, N(1), doubles(0.0), N(1)),
+        ("fmi3GetFloat64", instance, None, N(1), doubles(0.0), N(1)),
+        ("fmi3GetFloat64", instance, output, N(1), doubles(0.0), N(2)),
+        ("fmi3SetFloat64", instance, output, N(1), doubles(0.0), N(1)),
+        (*step[:3], time(2.0 * part.period), False, *fine),
+        (*step[:2], time(1.0), *step[3:], *fine),
+        (*step, None, None, None, None),
+        ("fmi3SetFMUState", instance, ctypes.c_void_p(0x1234)),
+        ("fmi3FreeFMUState", instance, ctypes.byref(ctypes.c_void_p(0x1234))),
+        ("fmi3GetFMUState", instance, ctypes.byref(ctypes.c_void_p(0x1234))),
+    ]
+    for call_ in bad:
+        assert raw.call(*call_) == ERROR, call_
+    assert raw.call("fmi3EnterInitializationMode", instance, False, time(0.0), time(0.0), False, time(0.0)) == 0
+    assert raw.call("fmi3ExitInitializationMode", instance) == 0
+    for call_ in late:
+        assert raw.call(*call_) == ERROR, call_
+    assert len(raw.said) == len(bad) + len(late)
+    assert raw.call(*step, *fine) == 0
+    assert raw.call("fmi3SetFloat64", instance, numbers(1), N(1), doubles(math.nan), N(1)) == 0
+    assert raw.call("fmi3DoStep", instance, time(part.period), time(part.period), False, *fine) == 0
+    raw.dll.fmi3FreeInstance(ctypes.c_void_p(instance))
+
+
+def test_the_eye_has_no_sources(tmp_path: Path) -> None:
+    done = call("export-fmu", "eye", "--source", "--out", str(tmp_path / "x.fmu"))
+    assert done.returncode == 2
+    assert "--source" in done.stderr
+    done = call("export-fmu", "controller", "--source", "--set", "estimator.kind=mhe", "--out", str(tmp_path / "x.fmu"))
+    assert done.returncode == 2
+    assert "estimator.kind" in done.stderr
 
 
 REFUSED: dict[str, tuple[str, str, Callable[[], bool]]] = {

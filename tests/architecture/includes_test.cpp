@@ -55,7 +55,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"page", {"core"}},
     {"report", {"core", "page"}},
     {"export", {"core", "rom", "estimation", "mpc", "loop"}},
-    {"fmu", {"core", "rom", "fom", "device", "safety", "loop", "config", "run", "page"}},
+    {"fmu", {"core", "rom", "fom", "device", "safety", "loop", "config", "run", "page", "export"}},
     // The injector shares the device interface with the supervisor, nothing else.
     {"faults", {"device", "loop"}},
     {"trials",

@@ -91,14 +91,13 @@ std::string structure_of(const std::vector<FmuVariable>& variables) {
 
 }  // namespace
 
-std::string fmu_model_description(const FmuResources& resources, const Config& config) {
-  const std::vector<FmuVariable> variables = fmu_variables(resources.kind, config);
-  const std::string identifier = fmu_model_identifier(resources.kind);
+std::string fmu_model_description(const FmuDescription& fmu, const Config& config) {
+  const auto& [identifier, token, variables] = fmu;
   const std::string period = fmt::format("{}", config.control.period);
   std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription";
   text += attribute("fmiVersion", "3.0");
   text += attribute("modelName", identifier);
-  text += attribute("instantiationToken", fmu_token(resources));
+  text += attribute("instantiationToken", token);
   text += attribute("description", kResearchNotice);
   text += attribute("version", version());
   text += attribute("license", "Apache-2.0");

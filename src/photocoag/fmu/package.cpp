@@ -59,7 +59,10 @@ std::string_view fmu_platform() noexcept {
 
 std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config) {
   std::vector<FmuFile> files = {
-      {"modelDescription.xml", fmu_model_description(resources, config)},
+      {"modelDescription.xml",
+       fmu_model_description({fmu_model_identifier(resources.kind), fmu_token(resources),
+                              fmu_variables(resources.kind, config)},
+                             config)},
       {"documentation/index.html", documentation(resources.kind, config)},
       {"resources/kind.txt", fmt::format("{}\n", to_string(resources.kind))},
       {"resources/config.toml", resources.config}};

@@ -33,8 +33,14 @@ std::string fmu_model_identifier(FmuKind kind);
 /// "x86_64-linux" and the like; empty: the standard has no name for this machine.
 std::string_view fmu_platform() noexcept;
 
+struct FmuDescription {
+  std::string identifier;
+  std::string token;
+  std::vector<FmuVariable> variables;
+};
+
 /// modelDescription.xml. The same input gives the same bytes: no date.
-std::string fmu_model_description(const FmuResources& resources, const Config& config);
+std::string fmu_model_description(const FmuDescription& fmu, const Config& config);
 
 /// Everything but the library, modelDescription.xml first.
 std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config);

@@ -119,6 +119,17 @@ std::vector<FmuVariable> fmu_variables(FmuKind kind, const Config& config) {
   return all;
 }
 
+std::vector<FmuVariable> fmu_source_variables() {
+  constexpr std::string_view kLeftOut[] = {"volume_estimate", "absorption_sigma", "safety_state",
+                                           "interlock_open"};
+  std::vector<FmuVariable> all = fmu_variables(FmuKind::kController, {});
+  std::erase_if(all, [&](const FmuVariable& one) {
+    return one.role == FmuRole::kParameter ||
+           std::find(std::begin(kLeftOut), std::end(kLeftOut), one.name) != std::end(kLeftOut);
+  });
+  return all;
+}
+
 FmuLayout fmu_layout(FmuKind kind) noexcept {
   return kind == FmuKind::kEye ? FmuLayout{1, 4} : FmuLayout{2, 12};
 }

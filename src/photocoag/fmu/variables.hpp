@@ -50,6 +50,10 @@ inline constexpr double kMostFmuPower = 10.0;
 /// References are indices into the list: time, inputs, outputs, parameters.
 std::vector<FmuVariable> fmu_variables(FmuKind kind, const Config& config);
 
+/// Of the controller as C sources: fewer outputs, no parameters. In the order of the enumeration in
+/// src/fmu/c/fmi3_controller.c.
+std::vector<FmuVariable> fmu_source_variables();
+
 /// Where the inputs and the outputs begin, and how many there are.
 struct FmuLayout {
   std::size_t inputs = 0;
