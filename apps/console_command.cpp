@@ -173,13 +173,14 @@ int console_command(const ConsoleOptions& options) {
 
   const ConsoleDevice what = console_device(config, device);
   Desk desk({.browser_starts = what.browser_starts,
+             .foxglove = options.foxglove,
              .period = config.control.period,
              .stop = ask_to_stop,
              .resume = forget_stop,
              .before = before_message(controlled, model, what, examine(own_privileges()))});
   const ConsoleServer server(console_settings(options), console_hooks(desk));
   stop_on_signals();
-  say_address(server, what.browser_starts);
+  say_address(options, server, what.browser_starts);
   Bench bench{.config = config,
               .controlled = controlled,
               .place = place,
@@ -208,6 +209,15 @@ void add_console_command(CLI::App& app, int& exit_code) {
   console->add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
       ->check(whole_number_from(0, 65535))
       ->type_name("P");
+  CLI::Option* foxglove = console->add_flag(
+      "--foxglove", options->foxglove,
+      "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
+  console
+      ->add_option("--foxglove-origin", options->foxglove_origins,
+                   "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
+      ->type_name("ORIGIN")
+      ->allow_extra_args(false)
+      ->needs(foxglove);
   console
       ->add_option(
           "--out", options->out,

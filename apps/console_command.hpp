@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "commands.hpp"
 
@@ -15,7 +16,9 @@ struct ConsoleOptions : CommonOptions {
   std::string out;      ///< folder for the run folders of all spots; empty: new ones below runs/
   std::string device;   ///< empty, or see run/device_address.hpp
   std::string session;  ///< file of a session; empty: spot after spot of one configuration
-  int port = 0;         ///< 0: any that is free
+  bool foxglove = false;
+  std::vector<std::string> foxglove_origins;  ///< pages that may connect as Foxglove clients
+  int port = 0;                               ///< 0: any that is free
 };
 
 int console_command(const ConsoleOptions& options);

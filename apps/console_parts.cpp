@@ -33,15 +33,19 @@ ConsoleDevice console_device(const Config& config, const std::optional<DeviceAdd
 }
 
 ServerSettings console_settings(const ConsoleOptions& options) {
-  return {.port = static_cast<std::uint16_t>(options.port), .token = random_token(), .limits = {}};
+  return {.port = static_cast<std::uint16_t>(options.port),
+          .token = random_token(),
+          .limits = {},
+          .foxglove_origins = options.foxglove_origins};
 }
 
 ServerHooks console_hooks(Desk& desk) {
   return desk.hooks(page_file, [](std::string_view line) { say("{}\n", line); });
 }
 
-void say_address(const ConsoleServer& server, bool browser_starts) {
+void say_address(const ConsoleOptions& options, const ConsoleServer& server, bool browser_starts) {
   say("console   {}\n", server.address());
+  if (options.foxglove) say("foxglove  {}\n", server.foxglove_address());
   say("          Ctrl-C stops the laser and ends; {}\n",
       browser_starts ? "Enter starts a spot, as the page can"
                      : "Enter starts a spot: the page cannot start a device");

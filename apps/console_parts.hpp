@@ -22,7 +22,7 @@ ConsoleDevice console_device(const Config& config, const std::optional<DeviceAdd
 /// With a new token.
 ServerSettings console_settings(const ConsoleOptions& options);
 ServerHooks console_hooks(Desk& desk);
-void say_address(const ConsoleServer& server, bool browser_starts);
+void say_address(const ConsoleOptions& options, const ConsoleServer& server, bool browser_starts);
 
 /// Enter at the terminal, if standard input is one that is open.
 class Terminal {

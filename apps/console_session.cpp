@@ -280,13 +280,14 @@ int console_session(const ConsoleOptions& options) {
   for (const std::string& key : session.remarks) say("note      no effect here: {}\n", key);
   const ConsoleDevice device = console_device(session.configs.front(), session.place.device);
   Desk desk({.browser_starts = device.browser_starts,
+             .foxglove = options.foxglove,
              .period = shortest_period(session),
              .stop = ask_to_stop,
              .resume = forget_stop,
              .before = {}});
   const ConsoleServer server(console_settings(options), console_hooks(desk));
   stop_on_signals();
-  say_address(server, device.browser_starts);
+  say_address(options, server, device.browser_starts);
   return SessionBench(session, options, device, desk, server).serve();
 }
 

@@ -3,10 +3,12 @@
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ from websockets.sync.client import ClientConnection, connect
 
 PROGRAM = Path(os.environ["PHOTOCOAG_PROGRAM"])
 WATCH = Path(__file__).parents[2] / "examples" / "console" / "watch.py"
+BENCH = Path(__file__).parents[2] / "examples" / "own-driver" / "fake_instrument.py"
+TCP_DRIVER = PROGRAM.parents[1] / "examples" / "own-driver" / "libphotocoag_tcp_driver.so"
 DRIVER = PROGRAM.parents[1] / "examples" / "driver" / "libphotocoag_example_driver.so"
 
 
@@ -76,3 +80,67 @@ def test_a_browser_never_starts_a_device(tmp_path: Path) -> None:
             assert (Path(spot["folder"]) / "report.html").exists()
             # No next one by itself.
             assert all(json.loads(client.recv(timeout=60)).get("spot", 1) == 1 for _ in range(30))
+
+
+class Wiretap:
+    """Between a driver and a bench: hands everything on, and keeps the powers that were commanded."""
+
+    def __init__(self, port: int) -> None:
+        self.port = port
+        self.watts: list[float] = []
+        self.listening = socket.create_server(("127.0.0.1", 0))
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self) -> None:
+        while True:
+            driver, _ = self.listening.accept()
+            bench = socket.create_connection(("127.0.0.1", self.port))
+            threading.Thread(target=self.pump, args=(bench, driver, False), daemon=True).start()
+            self.pump(driver, bench, True)
+
+    def pump(self, source: socket.socket, sink: socket.socket, commands: bool) -> None:
+        text = b""
+        with suppress(OSError):  # the other side has gone
+            while data := source.recv(4096):
+                if commands:
+                    *lines, text = (text + data).split(b"\n")
+                    for line in lines:
+                        if line.startswith(b"POWER"):
+                            self.watts.append(float(line.split()[2]))
+                        elif line == b"OFF":
+                            self.watts.append(0.0)
+                sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)
+
+
+@pytest.mark.skipif(not TCP_DRIVER.exists(), reason="the tutorial's driver is not built")
+def test_a_browsers_stop_reaches_a_bench_over_tcp(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, BENCH, "--port", "0"], stdout=subprocess.PIPE, text=True) as bench:
+        assert bench.stdout
+        tap = Wiretap(int(bench.stdout.readline().split()[-1]))
+        period = ["--set", "control.period_ms=4"]
+        stopped, reasons = 0, []
+        with console(tmp_path, "--device", f"driver:{TCP_DRIVER},port={tap.listening.getsockname()[1]}", *period) as (
+            process,
+            address,
+        ), connect(re.sub(r"http://([^/]+)/#", r"ws://\1/ws?", address), max_size=None) as client:
+            # On a busy machine its supervisor may be faster than the browser: then the next spot.
+            for _ in range(6):
+                hear(client, type="live", state="standby")
+                press_enter(process)
+                while (message := json.loads(client.recv(timeout=60))).get("type") != "spot":
+                    if message.get("emission") is True:
+                        client.send(json.dumps({"command": "stop"}))
+                        break
+                spot = message if message["type"] == "spot" else hear(client, type="spot")
+                reasons.append((spot["reason"], spot["cycles"], spot["failure"]))
+                assert tap.watts[-1] == 0.0, "whatever ended it"
+                if spot["reason"] == "none" and spot["stopped"]:
+                    stopped += 1
+                    lit = max(k for k, watts in enumerate(tap.watts) if watts > 0.0)
+                    assert set(tap.watts[lit + 1 :]) == {0.0}
+                    break
+                press_enter(process)
+        bench.terminate()
+    if stopped == 0:
+        pytest.skip(f"this machine is too busy for a bench in another process: {reasons}")

@@ -17,11 +17,18 @@ namespace photocoag {
 
 class WebClient {
  public:
-  /// With room in front for the library's header; shared by all clients.
-  using Message = std::shared_ptr<std::vector<unsigned char>>;
+  struct Bytes {
+    std::vector<unsigned char> bytes;  ///< with room in front for the library's header
+    bool binary = false;
+  };
+  /// Shared by all clients.
+  using Message = std::shared_ptr<Bytes>;
 
-  WebClient(int id, const ServerLimits& limits) : id_(id), limits_(limits) {}
+  WebClient(int id, const ServerLimits& limits, bool foxglove)
+      : id_(id), foxglove_(foxglove), limits_(limits) {}
   int id() const noexcept { return id_; }
+  /// Speaks Foxglove's protocol, not the console's.
+  bool foxglove() const noexcept { return foxglove_; }
 
   /// Part of a message, and how many bytes of its frame are still to come. False: it grows beyond
   /// the limit.
@@ -44,13 +51,13 @@ class WebClient {
 
   /// False: too much waits for it already; it is doomed from then on.
   bool push(const Message& message) {
-    if (queued_ + message->size() > limits_.queue_bytes) {
+    if (queued_ + message->bytes.size() > limits_.queue_bytes) {
       doomed_ = true;
       queue_.clear();
       queued_ = 0;
       return false;
     }
-    queued_ += message->size();
+    queued_ += message->bytes.size();
     queue_.push_back(message);
     return true;
   }
@@ -58,7 +65,7 @@ class WebClient {
     if (queue_.empty()) return nullptr;
     Message first = std::move(queue_.front());
     queue_.pop_front();
-    queued_ -= first->size();
+    queued_ -= first->bytes.size();
     return first;
   }
   bool idle() const noexcept { return queue_.empty(); }
@@ -66,6 +73,7 @@ class WebClient {
 
  private:
   int id_;
+  bool foxglove_;
   ServerLimits limits_;
   std::string received_;
   std::int64_t second_ = 0;

@@ -32,6 +32,16 @@ bool is_choice(std::string_view command) {
   return std::ranges::find(kChoices, word) != std::end(kChoices);
 }
 
+// When a cycle's sample was taken, ns since 1970; in virtual time when we see it.
+std::int64_t unix_ns_of(const LogRecord& record) {
+  using namespace std::chrono;
+  const std::int64_t now =
+      duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+  constexpr std::int64_t kOldest = 10'000'000'000;  // ns
+  const std::int64_t age = monotonic_ns() - record.end.sample.now_ns;
+  return age >= 0 && age < kOldest ? now - age : now;
+}
+
 struct RunFile {
   std::string_view name;
   const char* type;
@@ -54,7 +64,8 @@ ServerHooks Desk::hooks(std::function<std::optional<WebFile>(std::string_view)> 
           .tick = [this] { return tick(); },
           .file = std::move(page),
           .run_file = [this](std::string_view path) { return run_file(path); },
-          .log = std::move(log)};
+          .log = std::move(log),
+          .foxglove = settings_.foxglove ? &foxglove_ : nullptr};
 }
 
 SafetyState Desk::state() const {
@@ -249,6 +260,7 @@ std::vector<std::string> Desk::tick() {
       dropped_ += newest_.cycle - next_cycle_;
       next_cycle_ = newest_.cycle + 1;
       overruns_ += newest_.overrun ? 1 : 0;
+      if (foxglove_.wanted()) foxglove_.add(newest_, unix_ns_of(newest_));
       if (!someone) continue;
       if (!rows.empty()) rows += ',';
       append_row(rows, newest_);

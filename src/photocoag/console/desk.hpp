@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "photocoag/console/foxglove.hpp"
 #include "photocoag/console/server.hpp"
 #include "photocoag/log/record.hpp"
 #include "photocoag/log/ring.hpp"
@@ -26,6 +27,7 @@ namespace photocoag {
 
 struct DeskSettings {
   bool browser_starts = false;   ///< true: a simulated eye
+  bool foxglove = false;         ///< true: cycles also for Foxglove clients
   double period = 1e-3;          ///< s
   std::function<void()> stop;    ///< the wish to stop: one atomic store
   std::function<void()> resume;  ///< takes it back; only when someone arms or starts
@@ -109,6 +111,7 @@ class Desk {
   void set(SafetyState state, SafetyReason reason);
 
   DeskSettings settings_;
+  FoxgloveFeed foxglove_;  // the server's
   SpscRing<LogRecord> ring_;
   std::vector<LogRecord> batch_;  // the server's
   LogRecord newest_;              // the server's

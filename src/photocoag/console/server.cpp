@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <libwebsockets.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <deque>
 #include <exception>
 
 #include "photocoag/console/clients.hpp"
+#include "photocoag/console/file_sender.hpp"
+#include "photocoag/console/foxglove.hpp"
 #include "photocoag/console/token.hpp"
 #include "photocoag/core/error.hpp"
 
@@ -16,10 +19,6 @@ namespace photocoag {
 namespace {
 
 constexpr const char* kLoopback = "127.0.0.1";
-constexpr const char* kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-constexpr std::size_t kChunk = 8192;        // bytes of a file at a time
 constexpr int kMostLines = 20;              // of a kind of refusal; the rest is counted
 constexpr unsigned kHeaderPatience = 3;     // s, for a request to be complete
 constexpr std::uint16_t kNotAllowed = 403;  // HTTP
@@ -55,13 +54,9 @@ struct ConsoleServer::Impl {
   std::map<std::atomic<std::uint64_t>*, int> lines;
   lws_context* context = nullptr;
   lws_vhost* vhost = nullptr;
-  std::array<lws_protocols, 2> protocols{};
+  std::array<lws_protocols, kFoxgloveProtocols.size() + 2> protocols{};
   std::map<lws*, WebClient> clients;
-  struct Sending {
-    WebFile file;
-    std::size_t sent = 0;
-  };
-  std::map<lws*, Sending> sending;
+  FileSender files;
   std::map<lws*, bool> open;  // every connection
   int next_id = 1;
   Timer timer{};
@@ -79,16 +74,26 @@ struct ConsoleServer::Impl {
                           line == kMostLines ? "; more of these are counted, not logged" : ""));
   }
 
+  static bool is_foxglove(lws* wsi) {
+    const lws_protocols* protocol = lws_get_protocol(wsi);
+    return protocol != nullptr && std::string_view(protocol->name).starts_with("foxglove.");
+  }
+
+  bool allowed(const std::string& origin, const std::string& ours, bool foxglove) const {
+    const auto& others = settings.foxglove_origins;
+    return origin.empty() || origin == "http://" + ours ||
+           (foxglove && std::find(others.begin(), others.end(), origin) != others.end());
+  }
+
   // A browser that was led here under another name (DNS rebinding) or from another page.
-  bool from_here(lws* wsi) {
+  bool from_here(lws* wsi, bool foxglove = false) {
     const std::string host = header(wsi, WSI_TOKEN_HOST);
     const std::string origin = header(wsi, WSI_TOKEN_ORIGIN);
     for (const char* name : {kLoopback, "localhost"}) {
       const std::string ours = fmt::format("{}:{}", name, port);
-      if (host == ours &&
-          (lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) == 0 || origin == "http://" + ours)) {
-        return true;
-      }
+      const bool told = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
+      if (told && origin.empty()) break;  // longer than we look at
+      if (host == ours && allowed(origin, ours, foxglove)) return true;
     }
     refuse(refusals.origin,
            fmt::format("a request for host \"{:.80}\" from \"{:.80}\"", host, origin));
@@ -111,7 +116,9 @@ struct ConsoleServer::Impl {
 
   // Before the connection becomes a WebSocket.
   int may_upgrade(lws* wsi) {
-    if (!from_here(wsi) || !has_token(wsi)) return answer(wsi, kNotAllowed);
+    const bool foxglove = is_foxglove(wsi);
+    if (foxglove && hooks.foxglove == nullptr) return answer(wsi, kNotFound);
+    if (!from_here(wsi, foxglove) || !has_token(wsi)) return answer(wsi, kNotAllowed);
     if (clients.size() >= static_cast<std::size_t>(settings.limits.clients)) {
       refuse(refusals.crowd, fmt::format("a client beyond {}", settings.limits.clients));
       return answer(wsi, kTooManyNow);
@@ -120,15 +127,23 @@ struct ConsoleServer::Impl {
   }
 
   int came(lws* wsi) {
-    WebClient& client = clients.emplace(wsi, WebClient(next_id++, settings.limits)).first->second;
-    for (const std::string& text : hooks.came(client.id())) push(wsi, client, packed(text));
+    const bool foxglove = is_foxglove(wsi);
+    ServerLimits limits = settings.limits;
+    if (foxglove) limits.message_bytes = limits.foxglove_bytes;
+    WebClient& client = clients.emplace(wsi, WebClient(next_id++, limits, foxglove)).first->second;
+    for (const std::string& text :
+         foxglove ? hooks.foxglove->came(client.id()) : hooks.came(client.id())) {
+      push(wsi, client, packed(text));
+    }
     return 0;
   }
 
-  static WebClient::Message packed(std::string_view text) {
-    auto bytes = std::make_shared<std::vector<unsigned char>>(LWS_PRE + text.size());
-    std::memcpy(bytes->data() + LWS_PRE, text.data(), text.size());
-    return bytes;
+  static WebClient::Message packed(std::string_view text, bool binary = false) {
+    auto message = std::make_shared<WebClient::Bytes>();
+    message->binary = binary;
+    message->bytes.resize(LWS_PRE + text.size());
+    std::memcpy(message->bytes.data() + LWS_PRE, text.data(), text.size());
+    return message;
   }
 
   void push(lws* wsi, WebClient& client, const WebClient::Message& message) {
@@ -156,9 +171,10 @@ struct ConsoleServer::Impl {
                        who + "a binary message");
     }
     if (!client.receive({bytes, count}, lws_remaining_packet_payload(wsi))) {
-      return close_for(
-          wsi, refusals.oversized, LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE,
-          fmt::format("{}a message above {} bytes", who, settings.limits.message_bytes));
+      return close_for(wsi, refusals.oversized, LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE,
+                       fmt::format("{}a message above {} bytes", who,
+                                   client.foxglove() ? settings.limits.foxglove_bytes
+                                                     : settings.limits.message_bytes));
     }
     if (lws_is_final_fragment(wsi) == 0 || lws_remaining_packet_payload(wsi) > 0) return 0;
     if (!client.may_speak(lws_now_usecs())) {
@@ -167,8 +183,18 @@ struct ConsoleServer::Impl {
                                    settings.limits.messages_per_second));
     }
     const std::string text = client.take_received();
-    const std::string reply = hooks.said(client.id(), text);
-    if (reply.empty()) {
+    std::string reply;
+    bool good = true;
+    if (client.foxglove()) {
+      auto [understood, words] = hooks.foxglove->said(client.id(), text);
+      good = understood;
+      reply = std::move(words);
+      if (good && reply.empty()) return 0;
+    } else {
+      reply = hooks.said(client.id(), text);
+      good = !reply.empty();
+    }
+    if (!good) {
       return close_for(wsi, refusals.malformed, LWS_CLOSE_STATUS_POLICY_VIOLATION,
                        who + "a message that is no command");
     }
@@ -178,10 +204,15 @@ struct ConsoleServer::Impl {
 
   int writable(lws* wsi) {
     WebClient& client = clients.at(wsi);
-    const WebClient::Message message = client.pop();
-    if (!message) return 0;
-    const std::size_t count = message->size() - LWS_PRE;
-    if (lws_write(wsi, message->data() + LWS_PRE, count, LWS_WRITE_TEXT) < 0) return -1;
+    do {
+      const WebClient::Message message = client.pop();
+      if (!message) return 0;
+      const std::size_t count = message->bytes.size() - LWS_PRE;
+      if (lws_write(wsi, message->bytes.data() + LWS_PRE, count,
+                    message->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT) < 0) {
+        return -1;
+      }
+    } while (lws_send_pipe_choked(wsi) == 0);
     if (!client.idle()) lws_callback_on_writable(wsi);
     return 0;
   }
@@ -190,7 +221,9 @@ struct ConsoleServer::Impl {
     const auto found = clients.find(wsi);
     if (found == clients.end()) return;
     const int id = found->second.id();
+    const bool foxglove = found->second.foxglove();
     clients.erase(found);
+    if (foxglove) return hooks.foxglove->left(id);
     if (hooks.left) hooks.left(id);
   }
 
@@ -206,54 +239,23 @@ struct ConsoleServer::Impl {
       file = hooks.file(path);
     }
     if (!file) return answer(wsi, kNotFound);
-    std::array<unsigned char, LWS_PRE + 2048> buffer{};
-    unsigned char* const start = buffer.data() + LWS_PRE;
-    unsigned char* at = start;
-    unsigned char* const end = buffer.data() + buffer.size() - 1;
-    const auto add = [&](const char* name, std::string_view value) {
-      return lws_add_http_header_by_name(wsi, reinterpret_cast<const unsigned char*>(name),
-                                         reinterpret_cast<const unsigned char*>(value.data()),
-                                         static_cast<int>(value.size()), &at, end) == 0;
-    };
-    const bool good =
-        lws_add_http_common_headers(wsi, HTTP_STATUS_OK, file->type.c_str(), file->content.size(),
-                                    &at, end) == 0 &&
-        add("content-security-policy:", file->page ? kPolicy : "frame-ancestors 'none'") &&
-        add("x-content-type-options:", "nosniff") && add("referrer-policy:", "no-referrer") &&
-        add("cross-origin-resource-policy:", "same-origin") && add("cache-control:", "no-store") &&
-        lws_finalize_write_http_header(wsi, start, &at, end) == 0;
-    if (!good) return -1;
-    sending[wsi] = {.file = std::move(*file)};
-    lws_callback_on_writable(wsi);
-    return 0;
-  }
-
-  int send_file(lws* wsi) {
-    const auto found = sending.find(wsi);
-    if (found == sending.end()) return 0;
-    Sending& now = found->second;
-    std::array<unsigned char, LWS_PRE + kChunk> buffer{};
-    const std::size_t count = std::min(kChunk, now.file.content.size() - now.sent);
-    std::memcpy(buffer.data() + LWS_PRE, now.file.content.data() + now.sent, count);
-    now.sent += count;
-    const bool last = now.sent == now.file.content.size();
-    if (lws_write(wsi, buffer.data() + LWS_PRE, count,
-                  last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0) {
-      return -1;
-    }
-    if (!last) {
-      lws_callback_on_writable(wsi);
-      return 0;
-    }
-    sending.erase(found);
-    return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+    return files.begin(wsi, std::move(*file)) ? 0 : -1;
   }
 
   void tick() {
     for (const std::string& text : hooks.tick()) {
       const WebClient::Message message = packed(text);
-      for (auto& [wsi, client] : clients) push(wsi, client, message);
+      for (auto& [wsi, client] : clients) {
+        if (!client.foxglove()) push(wsi, client, message);
+      }
     }
+    for (auto& [wsi, client] : clients) {
+      if (!client.foxglove()) continue;
+      for (const std::string& bytes : hooks.foxglove->messages(client.id())) {
+        push(wsi, client, packed(bytes, true));
+      }
+    }
+    if (hooks.foxglove != nullptr) hooks.foxglove->forget();
     schedule();
   }
   void schedule() {
@@ -275,7 +277,7 @@ struct ConsoleServer::Impl {
         return 0;
       case LWS_CALLBACK_WSI_DESTROY:
         gone(wsi);
-        sending.erase(wsi);
+        files.forget(wsi);
         open.erase(wsi);
         return 0;
       case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
@@ -292,7 +294,7 @@ struct ConsoleServer::Impl {
       case LWS_CALLBACK_HTTP:
         return request(wsi, {static_cast<const char*>(in), length});
       case LWS_CALLBACK_HTTP_WRITEABLE:
-        return send_file(wsi);
+        return files.go_on(wsi) ? 0 : -1;
       default:
         return lws_callback_http_dummy(wsi, reason, nullptr, in, length);
     }
@@ -323,6 +325,10 @@ struct ConsoleServer::Impl {
                     .id = 0,
                     .user = nullptr,
                     .tx_packet_size = 0};
+    for (std::size_t k = 0; k < kFoxgloveProtocols.size(); ++k) {
+      protocols[k + 1] = protocols[0];
+      protocols[k + 1].name = kFoxgloveProtocols[k];
+    }
     lws_context_creation_info info{};
     info.port = CONTEXT_PORT_NO_LISTEN;
     info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_VALIDATE_UTF8;
@@ -381,6 +387,10 @@ void ConsoleServer::stop() noexcept {
 
 std::string ConsoleServer::address() const {
   return fmt::format("http://{}:{}/#token={}", kLoopback, port_, impl_->settings.token);
+}
+
+std::string ConsoleServer::foxglove_address() const {
+  return fmt::format("ws://{}:{}/?token={}", kLoopback, port_, impl_->settings.token);
 }
 
 const Refusals& ConsoleServer::refusals() const noexcept { return impl_->refusals; }

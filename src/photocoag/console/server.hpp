@@ -18,6 +18,8 @@
 
 namespace photocoag {
 
+class FoxgloveFeed;
+
 /// Something a browser can fetch.
 struct WebFile {
   std::string type;     ///< Content-Type
@@ -30,6 +32,7 @@ struct ServerLimits {
   int clients = 8;                        ///< WebSockets at once
   int connections = 40;                   ///< of any kind
   std::size_t message_bytes = 512;        ///< of a client's message
+  std::size_t foxglove_bytes = 4096;      ///< the same of a Foxglove client
   int messages_per_second = 50;           ///< of one client
   std::size_t queue_bytes = 1024 * 1024;  ///< not yet taken by a client
   double tick_s = 0.033;                  ///< between messages to all
@@ -39,6 +42,8 @@ struct ServerSettings {
   std::uint16_t port = 0;  ///< 0: any that is free
   std::string token;       ///< what a client must know; not empty
   ServerLimits limits;
+  /// Pages whose Foxglove clients are let in beside those that name no origin.
+  std::vector<std::string> foxglove_origins = {};
 };
 
 struct ServerHooks {
@@ -50,6 +55,7 @@ struct ServerHooks {
   /// Below /runs/, for those who have the token.
   std::function<std::optional<WebFile>(std::string_view path)> run_file;
   std::function<void(std::string_view line)> log;
+  FoxgloveFeed* foxglove = nullptr;  ///< none: no such clients
 };
 
 /// How often the server has refused what.
@@ -75,6 +81,8 @@ class ConsoleServer {
   std::uint16_t port() const noexcept { return port_; }
   /// Its address with the token in the fragment, which no browser sends.
   std::string address() const;
+  /// What a Foxglove client opens.
+  std::string foxglove_address() const;
   /// False once its thread has ended, for whatever reason.
   bool alive() const noexcept { return alive_.load(std::memory_order_relaxed); }
   const Refusals& refusals() const noexcept;

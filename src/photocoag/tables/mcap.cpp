@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -18,6 +17,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/utf8.hpp"
 #include "photocoag/log/segment.hpp"
+#include "photocoag/log/topics.hpp"
 #include "photocoag/tables/table.hpp"
 
 namespace photocoag {
@@ -91,26 +91,11 @@ struct Channel {
   std::uint64_t messages = 0;
 };
 
-std::string topic_of(const TableColumn& column) {
-  if (std::holds_alternative<std::vector<std::string>>(column.values)) return "/state";
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kTopics = {
-      {{"K", "/temperature"},
-       {"W", "/power"},
-       {"J", "/energy"},
-       {"s", "/time"},
-       {"ns", "/durations"},
-       {"-", "/state"}}};
-  for (const auto& [unit, topic] : kTopics) {
-    if (column.unit == unit) return std::string(topic);
-  }
-  return column.name.starts_with("absorption") || column.name.starts_with("choroid") ? "/absorption"
-                                                                                     : "/numbers";
-}
-
 std::vector<Channel> channels_of(const DataTable& table) {
   std::vector<Channel> channels;
   for (const TableColumn& column : table.columns) {
-    const std::string topic = topic_of(column);
+    const std::string topic(topic_of(
+        column.name, column.unit, std::holds_alternative<std::vector<std::string>>(column.values)));
     const auto found = std::find_if(channels.begin(), channels.end(),
                                     [&](const Channel& one) { return one.topic == topic; });
     Channel& channel = found != channels.end() ? *found : channels.emplace_back();

@@ -1,0 +1,59 @@
+// Role: the program; the cycles of a running treatment as messages of Foxglove's WebSocket
+// protocol: channels in JSON with their schemas and units, to clients that subscribe; from a client
+// nothing is taken but its subscriptions. Used by desk (adds cycles), server (asks). Source:
+// docs/console.md (Foxglove). Real time: none. Threads: the server's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "photocoag/log/fields.hpp"
+
+namespace photocoag {
+
+/// Names of the same protocol; a client offers one or both.
+inline constexpr std::array<const char*, 2> kFoxgloveProtocols = {"foxglove.sdk.v1",
+                                                                  "foxglove.websocket.v1"};
+
+class FoxgloveFeed {
+ public:
+  FoxgloveFeed();
+
+  /// What a client is told first: serverInfo, advertise.
+  std::vector<std::string> came(int client);
+  void left(int client);
+  struct Reply {
+    bool good = true;  ///< false: no JSON object with an "op"
+    std::string text;  ///< may be empty
+  };
+  Reply said(int client, std::string_view text);
+
+  bool wanted() const noexcept { return !clients_.empty(); }
+  /// A cycle, of so many ns since 1970.
+  void add(const LogRecord& record, std::int64_t unix_ns);
+  /// Binary messages with what was added since forget(), of what it has subscribed to.
+  std::vector<std::string> messages(int client) const;
+  void forget() { added_.clear(); }
+
+ private:
+  struct Channel {
+    std::string topic;
+    std::vector<const CycleField*> fields;
+  };
+  struct Added {
+    std::size_t channel;
+    std::int64_t unix_ns;
+    std::string payload;
+  };
+  std::string advertisement() const;
+
+  std::vector<Channel> channels_;                                // id: place + 1
+  std::map<int, std::map<std::size_t, std::uint32_t>> clients_;  // channel -> subscription
+  std::vector<Added> added_;
+};
+
+}  // namespace photocoag

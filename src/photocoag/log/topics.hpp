@@ -1,0 +1,13 @@
+// Role: the program; which topic a cycle's field belongs to for tools that show streams of messages
+// (MCAP files, Foxglove's WebSocket): one topic per kind of quantity. Used by tables, console.
+// Source: docs/realtime.md. Real-time promise: none.
+#pragma once
+
+#include <string_view>
+
+namespace photocoag {
+
+/// "/temperature", "/power", … `word`: an enumeration or a text.
+std::string_view topic_of(std::string_view name, std::string_view unit, bool word) noexcept;
+
+}  // namespace photocoag
