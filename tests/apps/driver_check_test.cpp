@@ -31,6 +31,21 @@ TEST(DriverCheck, TheExampleKeepsEveryPromise) {
   for (const Json& one : json["promises"]) EXPECT_EQ(one["verdict"], "kept") << one;
 }
 
+// With a stand-in for the vendor's library: a real driver, so that --light must be said.
+TEST(DriverCheck, TheNidaqmxDriverKeepsEveryPromise) {
+  const Sandbox sandbox;
+  const std::string scales = "K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02";
+  const std::string check = std::string("driver-check ") + PHOTOCOAG_NIDAQMX +
+                            " --settings 'library=" + PHOTOCOAG_FAKE_NIDAQMX + " " + scales +
+                            "' --failing device=Dev7 --json" + kPeriod;
+  EXPECT_NE(sandbox.run(check).exit_code, 0) << "it may emit light";
+  const ProgramResult result = sandbox.run(check + " --light");
+  EXPECT_EQ(result.exit_code, 0) << result.err << result.out;
+  for (const Json& one : Json::parse(result.out)["promises"]) {
+    EXPECT_EQ(one["verdict"], "kept") << one;
+  }
+}
+
 TEST(DriverCheck, ABrokenPromiseFailsItsLine) {
   const Sandbox sandbox;
   const std::vector<std::pair<std::string, std::string>> faults = {
