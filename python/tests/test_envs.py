@@ -40,6 +40,9 @@ def test_seeds_repeat_eye_and_noise():
         _, info = env.reset(seed=seed)
         seen.append((info["absorption_factor"], *(env.step(np.array([0.02]))[0][0] for _ in range(5))))
     assert seen[0] == seen[1] != seen[2]
+    one_eye = TreatmentEnv()
+    noises = [(one_eye.reset(seed=seed), one_eye.step(np.array([0.02]))[0][0])[1] for seed in (4, 4, 5)]
+    assert noises[0] == noises[1] != noises[2]
 
 
 def test_cost_is_apart_from_the_reward():
