@@ -90,7 +90,7 @@ void Supervisor::stop(SafetyState state, SafetyReason reason, bool open_interloc
   notice(reason);
   memory_.open_interlock = memory_.open_interlock || open_interlock;
   if (status_.state == SafetyState::kSafeStop) return;  // the first reason stays
-  // Nothing but a fault changes what is over already.
+  // Once done, only a fault changes the state.
   if (status_.state == SafetyState::kDone && state != SafetyState::kSafeStop) return;
   status_.state = state;
   status_.reason = reason;
