@@ -25,8 +25,10 @@ inline WitnessModel witness_for(const ReducedModel& model,
 
 inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits limits = {}) {
   limits.period = model.period;
-  Supervisor supervisor(limits, witness_for(model, {.absorption_min = limits.absorption_min,
-                                                    .absorption_max = limits.absorption_max}));
+  EstimatorSettings estimator;
+  estimator.absorption_min = limits.absorption_min;
+  estimator.absorption_max = limits.absorption_max;
+  Supervisor supervisor(limits, witness_for(model, estimator));
   supervisor.power_on();
   supervisor.finish_self_test(good_self_test());
   supervisor.ready();

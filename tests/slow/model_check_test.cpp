@@ -106,7 +106,8 @@ TEST(ModelCheck, EveryTimeSchemeRateAndTissueIsAcceptedInItsOwn) {
   euler.discretization = Discretization::kZeroOrderHold;
   EXPECT_EQ(key_of(euler), "continuous.C_peak");
   EXPECT_NO_THROW(check_model(coarse_model(layered()), layered(), {}, ""));
-  const EstimatorSettings both{.unknowns = Unknowns::kRpeAndChoroid};
+  EstimatorSettings both;
+  both.unknowns = Unknowns::kRpeAndChoroid;
   EXPECT_NO_THROW(check_model(coarse_model(with_beta()), with_beta(), both, ""));
   ReducedModel blind = coarse_model(with_beta());
   for (AbsorbedFraction& point : blind.theta.points) {
