@@ -57,6 +57,17 @@ struct ExportCOptions : CommonOptions {
   bool single_precision = false;
 };
 
+struct CertifyCommandOptions : CommonOptions {
+  std::string absorption;     ///< "low,high"; empty: the estimator's bounds
+  std::string choroid;        ///< the same of beta
+  std::string free;           ///< K
+  std::string previous;       ///< W; empty: the configured powers
+  std::size_t boxes = 20'000;  ///< most to look at
+  std::string out;            ///< model file with the proof in it; may be empty
+  bool again = false;         ///< even if the model file has a proof
+  bool json = false;
+};
+
 struct FieldOptions : CommonOptions {
   std::string model = "full";
   std::optional<double> power;  ///< W, constant
@@ -141,6 +152,7 @@ int reduce_command(const ReduceOptions& options);
 int compare_command(const ReduceOptions& options);
 int export_command(const ExportOptions& options);
 int export_c_command(const ExportCOptions& options);
+int certify_command(const CertifyCommandOptions& options);
 int field_command(const FieldOptions& options);
 int print_config(const ConfigOptions& options);
 int boundaries(const CommonOptions& options);

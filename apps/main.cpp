@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +23,7 @@
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/rom/file.hpp"
 #include "session_command.hpp"
 #include "stack.hpp"
 #include "study_commands.hpp"
@@ -55,7 +58,7 @@ void group_commands(CLI::App& app) {
   const CommandGroup groups[] = {
       {"Treat", {"treat", "simulate", "console", "session", "config"}},
       {"Model",
-       {"response", "reduce", "field", "export", "export-c", "export-fmu", "boundaries",
+       {"response", "reduce", "field", "export", "export-c", "export-fmu", "certify", "boundaries",
         "discretizations", "information"}},
       {"Study", {"reproduce", "explain", "sweep", "compare", "campaign", "spots", "estimation"}},
       {"Device", {"eye", "calibrate", "driver-check", "convert", "replay", "faults"}},
@@ -65,6 +68,22 @@ void group_commands(CLI::App& app) {
       app.get_subcommand(std::string(name))->group(group.what_for);
     }
   }
+}
+
+// The parser looks at --version before it has seen what else there is.
+std::string version_text(int argc, char** argv) {
+  char** const end = argv + argc;
+  if (std::find(argv + 1, end, std::string_view("--json")) == end) {
+    return fmt::format("photocoag {} (source {})\n{}", version(), source_hash(), kResearchNotice);
+  }
+  const nlohmann::ordered_json object = {
+      {"name", "photocoag"},
+      {"version", version()},
+      {"source_hash", source_hash()},
+      {"osqp", PHOTOCOAG_HAS_OSQP != 0},
+      {"model_file_versions", {kModelFileVersion, kUncertainModelFileVersion}},
+      {"notice", kResearchNotice}};
+  return object.dump(2);
 }
 
 /// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
@@ -82,8 +101,10 @@ int run_command(int argc, char** argv) {
       "a laser "
       "power computed every millisecond from a noisy volume temperature."};
   app.name("photocoag");
-  app.set_version_flag("--version", fmt::format("photocoag {} (source {})\n{}", version(),
-                                                source_hash(), kResearchNotice));
+  bool as_json = false;
+  CLI::Option* version_flag =
+      app.set_version_flag("--version", [&] { return version_text(argc, argv); });
+  app.add_flag("--json", as_json, "with --version: as one JSON object")->needs(version_flag);
   app.require_subcommand(1);
   app.footer(footer(
       "  photocoag treat                                  one treatment, paced by the clock\n"

@@ -13,6 +13,42 @@ namespace {
 
 constexpr double kLongestTime = 1e4;  // s
 
+void add_certify(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<CertifyCommandOptions>();
+  CLI::App* certify_app = app.add_subcommand(
+      "certify", "prove how many active-set changes the solver needs at most (horizons 2 to 5)");
+  add_common(*certify_app, *options);
+  add_cache(*certify_app, *options);
+  const auto add_range = [&](const char* name, std::string& value, const char* what) {
+    certify_app->add_option(name, value, what)->type_name("LOW,HIGH");
+  };
+  add_range("--alpha", options->absorption, "absorption factors; default: the estimator's bounds");
+  add_range("--beta", options->choroid, "choroid factors, of a model with two");
+  add_range("--free", options->free,
+            "peak temperatures without further powers, K, at every stage by itself; default: 0 to "
+            "1.25 times control.peak_max_K");
+  add_range("--previous", options->previous,
+            "the power before, W, and the first cycle's reference power; default: all powers");
+  certify_app->add_option("--boxes", options->boxes, "most boxes to look at")
+      ->check(whole_number_from(1, 100'000'000))
+      ->capture_default_str()
+      ->type_name("n");
+  certify_app
+      ->add_option("--out", options->out,
+                   "model file to write, with the proof in it; may be "
+                   "model.file itself")
+      ->type_name("FILE");
+  certify_app->add_flag("--again", options->again, "even if model.file has the proof already");
+  add_json(*certify_app, options->json);
+  certify_app->footer(
+      footer("  photocoag certify --config configs/paper-1khz.toml\n"
+             "  photocoag certify --set control.horizon=3 --out model.json\n"
+             "  photocoag certify --set control.horizon=3 --set model.file=model.json\n"
+             "  photocoag certify --set control.horizon=4 --free 20,32 --boxes 100000\n"
+             "Ctrl-C ends the search; what is proved so far is printed."));
+  certify_app->callback([options, &exit_code] { exit_code = certify_command(*options); });
+}
+
 }  // namespace
 
 void add_model_commands(CLI::App& app, int& exit_code) {
@@ -153,6 +189,8 @@ void add_model_commands(CLI::App& app, int& exit_code) {
              "  photocoag export-c --float --prefix left_eye_ --out controller\n"
              "Settings that the C controller does not carry are refused by their key."));
   c_app->callback([c_options, &exit_code] { exit_code = export_c_command(*c_options); });
+
+  add_certify(app, exit_code);
 
   const auto boundaries_options = std::make_shared<CommonOptions>();
   CLI::App* boundaries_app = app.add_subcommand(

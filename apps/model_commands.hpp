@@ -1,5 +1,5 @@
 // Role: the program; the commands about models: response, reduce, field, export, export-c,
-// boundaries, discretizations.
+// certify, boundaries, discretizations.
 #pragma once
 
 namespace CLI {

@@ -15,4 +15,4 @@ target_link_options(photocoag_fmu_library PRIVATE -static-libstdc++ -static-libg
   -Wl,-z,defs -Wl,--undefined=SHA256Init -Wl,--version-script=${PROJECT_SOURCE_DIR}/src/fmu/exports.map
   $<$<CONFIG:Release>:-s>)
 target_link_libraries(photocoag_fmu_library PRIVATE ${LIBMD_ARCHIVE} photocoag_fmu tomlplusplus::tomlplusplus)
-install(TARGETS photocoag_fmu_library DESTINATION ${CMAKE_INSTALL_LIBDIR}/photocoag)
+install(TARGETS photocoag_fmu_library DESTINATION ${CMAKE_INSTALL_LIBDIR}/photocoag COMPONENT program)

@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"qp", {"core"}},
     {"mpc", {"core", "rom", "qp"}},
     {"osqp", {"core", "rom", "qp", "mpc"}},
+    {"certify", {"core", "rom", "qp", "mpc"}},
     {"benchmark", {"core", "rom", "estimation", "mpc", "qp", "loop"}},
     {"study",
      {"core", "rom", "fom", "estimation", "mpc", "loop", "config", "run", "page", "report",

@@ -1,0 +1,144 @@
+// `photocoag certify`: the most active-set changes of `dense` for a configuration, proved.
+#include "photocoag/certify/certify.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands.hpp"
+#include "configured.hpp"
+#include "console.hpp"
+#include "json_object.hpp"
+#include "options.hpp"
+#include "photocoag/config/config.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/core/stop_signal.hpp"
+#include "photocoag/rom/file.hpp"
+#include "photocoag/rom/iteration_proof.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "progress.hpp"
+
+namespace photocoag {
+namespace {
+
+constexpr std::size_t kLargestModelFile = 10'000'000;
+constexpr int kExitStopped = 1;
+
+Range range_of(const std::string& option, const std::string& text, Range otherwise) {
+  if (text.empty()) return otherwise;
+  const std::vector<double> ends = number_list(option, text, -1e3, 1e3);
+  if (ends.size() != 2 || ends[0] > ends[1]) {
+    throw Error(ErrorParts{.where = option, .found = text, .accepted = "two numbers, LOW,HIGH"});
+  }
+  return {ends[0], ends[1]};
+}
+
+ParameterBox box_of(const CertifyCommandOptions& options, const Config& config,
+                    const ReducedModel& model) {
+  const EstimatorSettings& estimator = config.estimator;
+  ParameterBox box;
+  box.absorption =
+      range_of("--alpha", options.absorption, {estimator.absorption_min, estimator.absorption_max});
+  if (model.parameters == 2) {
+    box.choroid =
+        range_of("--beta", options.choroid, {estimator.choroid_min, estimator.choroid_max});
+  } else if (!options.choroid.empty()) {
+    throw Error(ErrorParts{.where = "--beta",
+                           .problem = "the model has no second factor",
+                           .found = options.choroid,
+                           .accepted = "none, or a layer with scaled_by = \"beta\""});
+  }
+  box.free.fill(range_of("--free", options.free, {0.0, 1.25 * config.control.peak_max}));
+  box.previous = range_of("--previous", options.previous,
+                          {config.control.power_min, config.control.power_max});
+  return box;
+}
+
+IterationProof proof_of(const Certificate& found, std::string claim) {
+  return {.claim = std::move(claim),
+          .seen = found.seen,
+          .proved = found.proved,
+          .hard_bound = found.hard_bound,
+          .share = found.share,
+          .covers_rounding = found.covers_rounding(),
+          .boxes = found.boxes};
+}
+
+void print_proof(const IterationProof& proof) {
+  const char* everywhere = proof.share == 1.0 ? "everywhere" : "in all of the box";
+  print("proved    at most {} {} of the active set {}\n", proof.proved,
+        proof.proved == 1 ? "change" : "changes", everywhere);
+  if (proof.share < 1.0) {
+    print("          at most {} in {:.4f} % of its volume\n", proof.seen, 100.0 * proof.share);
+  }
+  print("seen      {} at most\n", proof.seen);
+  print("gives up  after {}, whatever the problem\n", proof.hard_bound);
+  print("rounding  {}\n", proof.covers_rounding ? "covered by the reserve of every comparison"
+                                                : "not covered: exact arithmetic only");
+}
+
+nlohmann::ordered_json proof_object(const IterationProof& proof, bool stopped, bool from_file) {
+  return {{"notice", kResearchNotice},
+          {"claim", proof.claim},
+          {"changes_proved", proof.proved},
+          {"changes_seen", proof.seen},
+          {"hard_bound", proof.hard_bound},
+          {"share_of_box", proof.share},
+          {"covers_rounding", proof.covers_rounding},
+          {"boxes", proof.boxes},
+          {"from_file", from_file},
+          {"stopped", stopped}};
+}
+
+}  // namespace
+
+int certify_command(const CertifyCommandOptions& options) {
+  const Config config = configured(Use::kExportC, options.config, options.set);
+  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
+    draw_progress("reducing", fraction, stage);
+  });
+  const ReducedModel& model = models.reduced();
+  clear_progress();
+  const ParameterBox box = box_of(options, config, model);
+  require_certifiable(model, config.control);
+  box.validate();
+  const CertifyOptions how{.boxes = options.boxes};
+  const std::string claim = claim_text(config.control, box, how);
+  const std::string file = config.model.file;
+  const std::string text = file.empty() ? to_json(model) : read_file(file, kLargestModelFile);
+
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  std::optional<IterationProof> proof;
+  if (!options.again) proof = iteration_proof(text, claim);
+  const bool from_file = proof.has_value();
+  bool stopped = false;
+  if (!proof) {
+    stop_on_signals();
+    const Certificate found =
+        certify(model, config.control, box, how, stop_requested(),
+                [](std::string_view stage, double fraction) {
+                  draw_progress(stage, fraction, "of the box, Ctrl-C: what is proved so far");
+                });
+    clear_progress();
+    stopped = found.stopped;
+    say("search    {} boxes, {} left open, {} problems solved\n", found.boxes, found.open_boxes,
+        found.solved);
+    proof = proof_of(found, claim);
+  }
+  if (!options.json) {
+    print("claim     {}\n", proof->claim);
+    print_proof(*proof);
+  }
+  if (from_file) say("from      {}\n", file);
+  if (!options.out.empty() && !stopped) {
+    write_output(options.out, with_iteration_proof(text, *proof));
+    if (options.out != "-") say("written   {}\n", options.out);
+  }
+  return with_json(options.json, "certify", stopped ? kExitStopped : 0, {},
+                   proof_object(*proof, stopped, from_file));
+}
+
+}  // namespace photocoag

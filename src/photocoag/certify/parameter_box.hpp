@@ -1,0 +1,40 @@
+// Role: offline; what a proof about `dense` is a proof over. Used by certify, the program.
+// Source: docs/certify.md. Units: SI. Real time: none. Threads: plain data.
+#pragma once
+
+#include <array>
+
+#include "photocoag/mpc/settings.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+inline constexpr int kMaxCertifiedHorizon = 5;
+
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+
+  double middle() const noexcept { return 0.5 * (low + high); }
+  double radius() const noexcept { return 0.5 * (high - low); }
+};
+
+inline constexpr int kMaxStages = kMaxCertifiedHorizon - 1;  // N - 1
+
+/// The free responses f_1 … f_{N-1}, each by itself, and everything else that changes from cycle to
+/// cycle. u_ref follows from alpha and beta (E21).
+struct ParameterBox {
+  Range absorption{0.2, 2.0};
+  Range choroid{1.0, 1.0};               // beta; plays no part for one parameter
+  std::array<Range, kMaxStages> free{};  // K
+  Range previous{0.0, 0.1};  // W, u_prev; plays no part without control.power_change_weight
+
+  /// Throws Error naming the range.
+  void validate() const;
+};
+
+/// Throws Error naming the first setting for which the count of active-set changes cannot be
+/// proved: another solver than dense, a robust limit, a reference that changes, a longer horizon.
+void require_certifiable(const ReducedModel& model, const ControlSettings& settings);
+
+}  // namespace photocoag
