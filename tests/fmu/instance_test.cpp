@@ -1,6 +1,6 @@
-// What is inside an FMU, without the C boundary (python/tests/test_fmu.py has that): a step takes
-// nothing from the heap, a minute is the most that is serialised, every unit of the configuration
-// is known, handles are no pointers.
+// What is inside an FMU, without the C boundary (python/tests/test_fmu_calls.py has that): a step
+// takes nothing from the heap, a minute is the most that is serialised, every unit of the
+// configuration is known, handles are no pointers.
 #include "photocoag/fmu/instance.hpp"
 
 #include <gtest/gtest.h>

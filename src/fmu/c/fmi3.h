@@ -1,7 +1,7 @@
 /* The functions of an FMU as FMI 3.0 defines them (Functional Mock-up Interface, Modelica
  * Association, fmi-standard.org), declared here from the standard's text so that nothing has to be
- * installed. python/tests/test_fmu.py compiles this file together with the standard's own headers:
- * the declarations agree. C99 and C++. */
+ * installed. python/tests/test_fmu_calls.py compiles this file together with the standard's own
+ * headers: the declarations agree. C99 and C++. */
 #ifndef PHOTOCOAG_FMI3_H
 #define PHOTOCOAG_FMI3_H
 
