@@ -195,10 +195,11 @@ class SessionBench {
   void over(const AttemptOutcome& outcome) {
     if (failed_) {
       const fs::path folder = out_ / outcome.folder;
+      const Treatment none;
       end_ = {
           .state = SafetyState::kSafeStop,
           .reason = SafetyReason::kSelfTest,
-          .message = spot_message(session_.configs[session_.find(outcome.spot, "spot")], {},
+          .message = spot_message(session_.configs[session_.find(outcome.spot, "spot")], none,
                                   static_cast<int>(state_.attempts.size()), folder, outcome.why),
           .folder = folder};
       desk_.over(end_.state, end_.reason);
