@@ -50,17 +50,20 @@ TEST(ReduceCommand, AModelOverTheQuantitiesOfAPriorTreatsAsTheCachedOne) {
   EXPECT_EQ(sandbox.run("simulate --out no --set model.file=plain.json" + eye).exit_code, 2);
 }
 
-TEST(ReduceCommand, LayeredTissueHasNoCertificateAndSaysWhy) {
+TEST(ReduceCommand, LayeredTissueHasACertificateAndTrBdf2SaysWhyNot) {
   const Sandbox sandbox;
-  const auto result =
-      sandbox.run(std::string("reduce --out model.json --set tissue.layers.sclera") +
-                  ".conductivity_W_per_mK=0.4" + kSmall);
+  const std::string layered = std::string("reduce --out model.json --set tissue.layers.sclera") +
+                              ".conductivity_W_per_mK=0.4" + kSmall;
+  const auto result = sandbox.run(layered);
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.err.find("no bound  proved only where all layers"), std::string::npos)
-      << result.err;
+  EXPECT_NE(result.err.find("proved    cold start"), std::string::npos) << result.err;
   const auto json = nlohmann::json::parse(testing::read_all(sandbox.path("model.json")));
-  EXPECT_FALSE(json.contains("certificate"));
+  EXPECT_LT(json["certificate"]["peak"]["treatment_bound_relative_max"], 0.03);
   EXPECT_LT(json["error"]["peak_relative_max"], 0.02);
+  const auto unproved = sandbox.run(layered + " --set model.discretization=tr-bdf2");
+  ASSERT_EQ(unproved.exit_code, 0) << unproved.err;
+  EXPECT_NE(unproved.err.find("no bound  proved only for zero-order hold"), std::string::npos)
+      << unproved.err;
 }
 
 TEST(ReduceCommand, ComparesAllMethods) {
