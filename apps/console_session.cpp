@@ -13,14 +13,12 @@
 
 #include "console.hpp"
 #include "console_parts.hpp"
-#include "photocoag/core/build_info.hpp"
-#include "photocoag/core/error.hpp"
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/machine/doctor.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/session/run_session.hpp"
 #include "photocoag/session/session_status.hpp"
-#include "session_end.hpp"
+#include "session_ends.hpp"
 
 namespace photocoag {
 namespace {
@@ -271,14 +269,7 @@ class SessionBench {
 
 int console_session(const ConsoleOptions& options) {
   const Session session = load_session(options.session);
-  if (options.out.empty()) {
-    throw Error(ErrorParts{.where = "--out",
-                           .problem = "missing: a session that is interrupted continues in its "
-                                      "folder",
-                           .accepted = "a new or empty folder, or that of this session"});
-  }
-  say("photocoag {}: {}\n", version(), kResearchNotice);
-  for (const std::string& key : session.remarks) say("note      no effect here: {}\n", key);
+  begin_session(options.out, session);
   const ConsoleDevice device = console_device(session.configs.front(), session.place.device);
   Desk desk({.browser_starts = device.browser_starts,
              .foxglove = options.foxglove,

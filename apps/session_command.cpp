@@ -13,14 +13,12 @@
 #include "console.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
-#include "photocoag/core/build_info.hpp"
-#include "photocoag/core/error.hpp"
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/session/learning_study.hpp"
 #include "photocoag/session/run_session.hpp"
 #include "photocoag/session/session_record.hpp"
 #include "session_command.hpp"
-#include "session_end.hpp"
+#include "session_ends.hpp"
 
 namespace photocoag {
 namespace {
@@ -102,14 +100,7 @@ int study(const SessionCommandOptions& options, const Session& session) {
 int session_command(const SessionCommandOptions& options) {
   const Session session = load_session(options.file);
   if (options.study > 0) return study(options, session);
-  if (options.out.empty()) {
-    throw Error(ErrorParts{.where = "--out",
-                           .problem = "missing: a session that is interrupted continues in its "
-                                      "folder",
-                           .accepted = "a new or empty folder, or that of this session"});
-  }
-  say("photocoag {}: {}\n", version(), kResearchNotice);
-  for (const std::string& key : session.remarks) say("note      no effect here: {}\n", key);
+  begin_session(options.out, session);
   stop_on_signals();
   const SessionOptions request{.out = options.out,
                                .repeat = options.repeat,

@@ -12,9 +12,7 @@
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/mor/full_impulse.hpp"
-#include "photocoag/mor/majorant.hpp"
 #include "photocoag/mor/parameter_dependence.hpp"
-#include "photocoag/mor/pulse_response.hpp"
 #include "photocoag/mor/reduce.hpp"
 #include "support/tissues.hpp"
 
@@ -350,62 +348,6 @@ TEST(ImpulseError, DerivativesAreThoseOfTheError) {
       impulse.advance();
     }
   }
-}
-
-// Dropping modes for good changes nothing: against the stepper that keeps every mode.
-TEST(PulseResponse, IsTheSteppersWithoutPower) {
-  for (const auto how : {kHold, Discretization::kImplicitEuler}) {
-    const auto full = model_of(Tissue{}, 2000);
-    PulseResponse pulse(
-        {.rates = full->axial().rates.replicate(1, full->radial().size()).rowwise() +
-                  full->radial().rates.transpose(),
-         .axis_weight = full->peak_radial().cwiseProduct(full->beam()),
-         .spot_weight = full->beam().cwiseAbs2()},
-        how, 1e-3);
-    ModalStepper stepper(full, how, 1e-3, 0.0);
-    stepper.step(1.0);
-    VectorXd axis_sum = VectorXd::Zero(full->axial().size());
-    for (int k = 1; k <= 400; ++k) {
-      const double size = stepper.axis_profile().cwiseAbs().maxCoeff();
-      EXPECT_LT((pulse.profiles().axis - stepper.axis_profile()).cwiseAbs().maxCoeff(),
-                1e-13 * size);
-      EXPECT_LT((pulse.profiles().spot - stepper.spot_profile()).cwiseAbs().maxCoeff(),
-                1e-13 * stepper.spot_profile().maxCoeff());
-      EXPECT_EQ(pulse.profiles().spot.tail(full->axial().size() - pulse.active()).sum(), 0.0);
-      axis_sum += pulse.profiles().axis;
-      pulse.advance();
-      stepper.step(0.0);
-    }
-    const VectorXd all = pulse.sum_after(0.0).axis;
-    EXPECT_LT((axis_sum + pulse.sum_after(400.0).axis - all).norm(), 1e-10 * all.norm());
-  }
-}
-
-TEST(Majorant, LiesAboveAndNotFarAbove) {
-  const std::vector<double> decay = {0.999, 0.99, 0.9, 0.5, 0.0};
-  std::vector<double> value;
-  double sum = 0.0;
-  for (int k = 1; k <= 3000; ++k) {
-    value.push_back(std::pow(0.97, k) * (1.0 + 0.5 * std::sin(0.3 * k)) +
-                    0.01 * std::pow(0.998, k));
-    sum += value.back();
-  }
-  const double last = 1e-5;
-  const std::vector<double> c = exponential_majorant(value, decay, last);
-  ASSERT_EQ(c.size(), decay.size());
-  double total = 0.0;
-  for (int k = 1; k <= 3000; ++k) {
-    EXPECT_GE(majorant_value(c, decay, k), value[static_cast<std::size_t>(k - 1)]);
-    total += majorant_value(c, decay, k);
-  }
-  for (const double coefficient : c) EXPECT_GE(coefficient, 0.0);
-  EXPECT_GE(c[0] * std::pow(0.999, 3000), last);
-  EXPECT_LT(total, 4.0 * sum);
-  // An exponential of the set is its own best majorant, up to the run of neighbours at its end.
-  std::vector<double> own;
-  for (int k = 1; k <= 60; ++k) own.push_back(3.0 * std::pow(0.9, k - 1));
-  const std::vector<double> found = exponential_majorant(own, decay, 0.0);
-  EXPECT_LT(majorant_value(found, decay, 1.0), 4.5);
 }
 
 // The project's promise for the paper's tissue on the default grid, relative to the steady gain:

@@ -26,8 +26,8 @@ std::string_view why_uncertified(Discretization discretization) noexcept;
 /// The certificate of `reduced` (its period, discretization and ranges of alpha and beta) against
 /// `full`, of whose impulse response all modes count; for two parameters every bound is the largest
 /// over beta. Throws Error if why_uncertified() has a reason or the
-/// reduced transition matrix cannot be diagonalised well. Allocates about 16 bytes x nodes x
-/// horizon.
+/// reduced transition matrix cannot be diagonalised well. Allocates 16 bytes x nodes of
+/// alpha x horizon, and what FullImpulse keeps.
 ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full,
                          const CertificateSettings& settings = {});
 

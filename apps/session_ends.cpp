@@ -1,9 +1,11 @@
-// What is written and said when a session ends.
-#include "session_end.hpp"
+// What is written and said when a session begins and ends.
+#include "session_ends.hpp"
 
 #include <algorithm>
 
 #include "console.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/session/session_record.hpp"
 #include "photocoag/session/session_report.hpp"
@@ -28,6 +30,17 @@ void tell_uncertain(const Session& session, const SessionResult& result) {
 }
 
 }  // namespace
+
+void begin_session(const std::filesystem::path& out, const Session& session) {
+  if (out.empty()) {
+    throw Error(ErrorParts{.where = "--out",
+                           .problem = "missing: a session that is interrupted continues in its "
+                                      "folder",
+                           .accepted = "a new or empty folder, or that of this session"});
+  }
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  for (const std::string& key : session.remarks) say("note      no effect here: {}\n", key);
+}
 
 int finish_session(const std::filesystem::path& out, const Session& session,
                    const SessionResult& result) {
