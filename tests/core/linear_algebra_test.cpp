@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <new>
 #include <numbers>
 
 #include "support/heap_guard.hpp"
@@ -54,6 +55,33 @@ TEST(LinearAlgebra, SingularValueDecompositionsGiveTheMatrixBack) {
   EXPECT_LT((f.U * f.values.asDiagonal() * f.V.transpose() - L).cwiseAbs().maxCoeff(), 1e-15L);
   const MatrixXcd turned = std::complex<double>(0.6, 0.8) * sample(6, 6);
   EXPECT_LT(difference(square_singular_values(turned), singular_values(sample(6, 6))), kRounding);
+}
+
+// Every allocation of `decompose` refused, one per call: std::bad_alloc, nothing freed twice (glibc
+// or the sanitizer ends the program then). Returns how many there are.
+template <typename Decompose>
+int refused_one_by_one(const Decompose& decompose) {
+  for (int number = 1;; ++number) {
+    const testing::RefusedAllocation refused(number);
+    try {
+      decompose();
+      if (!refused.met()) return number - 1;
+    } catch (const std::bad_alloc&) {
+      if (!refused.met()) return -1;
+    }
+  }
+}
+
+TEST(LinearAlgebra, RefusedMemoryInsideASingularValueDecompositionIsAnException) {
+  // The last is larger than what divide and conquer leaves to Jacobi's rotations.
+  for (const MatrixXd& A : {sample(20, 7), sample(7, 20), sample(60, 40)}) {
+    EXPECT_GT(refused_one_by_one([&] { svd(A); }), 5);
+    EXPECT_GT(refused_one_by_one([&] { left_svd(A); }), 5);
+    EXPECT_GT(refused_one_by_one([&] { singular_values(A); }), 5);
+    EXPECT_GT(refused_one_by_one([&] { large_svd(A); }), 5);
+    EXPECT_GT(refused_one_by_one([&] { shortest_least_squares(A, VectorXd::Ones(A.rows()), 1e-8); }),
+              5);
+  }
 }
 
 TEST(LinearAlgebra, SymmetricEigenvectorsGiveTheMatrixBack) {

@@ -26,9 +26,12 @@ namespace {
 // constinit: touching them inside malloc must not itself allocate or run an initializer.
 constinit thread_local bool armed = false;
 constinit thread_local HeapUse counted;
+constinit thread_local long until_refused = 0;  // 0: none is refused
 
-void note_allocation() noexcept {
+// False: this one is refused.
+bool note_allocation() noexcept {
   if (armed) ++counted.allocations;
+  return until_refused == 0 || --until_refused != 0;
 }
 
 void note_free(const void* pointer) noexcept {
@@ -46,6 +49,10 @@ HeapGuard::HeapGuard() noexcept {
 HeapGuard::~HeapGuard() { armed = false; }
 HeapUse HeapGuard::use() const noexcept { return counted; }
 
+RefusedAllocation::RefusedAllocation(long number) noexcept { until_refused = number; }
+RefusedAllocation::~RefusedAllocation() { until_refused = 0; }
+bool RefusedAllocation::met() const noexcept { return until_refused == 0; }
+
 }  // namespace photocoag::testing
 
 using photocoag::testing::note_allocation;
@@ -62,15 +69,15 @@ void* __libc_valloc(std::size_t size) noexcept;
 void __libc_free(void* pointer) noexcept;
 
 void* malloc(std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_malloc(size);
 }
 void* calloc(std::size_t count, std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_calloc(count, size);
 }
 void* realloc(void* old, std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_realloc(old, size);
 }
 void free(void* pointer) noexcept {
@@ -78,19 +85,19 @@ void free(void* pointer) noexcept {
   __libc_free(pointer);
 }
 void* memalign(std::size_t alignment, std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_memalign(alignment, size);
 }
 void* valloc(std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   return __libc_valloc(size);
 }
 int posix_memalign(void** result, std::size_t alignment, std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return ENOMEM;
   if (alignment % sizeof(void*) != 0 || (alignment & (alignment - 1)) != 0 || alignment == 0) {
     return EINVAL;
   }
@@ -107,7 +114,7 @@ namespace {
 
 // Not through the replaced malloc: one request counts once.
 void* take(std::size_t size) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
 #if PHOTOCOAG_REPLACE_MALLOC
   return __libc_malloc(size);
 #else
@@ -116,7 +123,7 @@ void* take(std::size_t size) noexcept {
 }
 
 void* take(std::size_t size, std::align_val_t alignment) noexcept {
-  note_allocation();
+  if (!note_allocation()) return nullptr;
   const auto align = static_cast<std::size_t>(alignment);
 #if PHOTOCOAG_REPLACE_MALLOC
   return __libc_memalign(align, size);

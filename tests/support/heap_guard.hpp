@@ -3,7 +3,7 @@
 // delete itself and forwards to glibc, so that calls from inside shared libraries count as well.
 // Under the address, thread and realtime sanitizers, which bring their own malloc, only operator new and
 // delete are counted.
-// tests/CMakeLists.txt links it into every test program.
+// tests/CMakeLists.txt links it into every test program. It can also refuse an allocation.
 #pragma once
 
 namespace photocoag::testing {
@@ -28,6 +28,19 @@ class HeapGuard {
 
   /// Since construction. Read it before any assertion: GoogleTest allocates.
   HeapUse use() const noexcept;
+};
+
+/// While it lives, the constructing thread's `number`-th allocation (from 1) is refused: malloc gives
+/// nullptr, operator new throws std::bad_alloc.
+class RefusedAllocation {
+ public:
+  explicit RefusedAllocation(long number) noexcept;
+  ~RefusedAllocation();
+  RefusedAllocation(const RefusedAllocation&) = delete;
+  RefusedAllocation& operator=(const RefusedAllocation&) = delete;
+
+  /// Was there such an allocation?
+  bool met() const noexcept;
 };
 
 }  // namespace photocoag::testing

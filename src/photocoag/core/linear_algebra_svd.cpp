@@ -2,6 +2,63 @@
 
 #include <Eigen/SVD>
 
+// Of a matrix that is not square JacobiSVD takes a QR first. Eigen 3.4 destroys that QR before it
+// makes the next in its place: where memory is refused in between, what is gone is freed once more
+// and the program ends with a signal. Here the QR is made when it is needed; the numbers are the
+// same. This file alone compiles Eigen's SVD, so no other sees the old one.
+namespace Eigen::internal {
+
+using SvdOfDoubles = JacobiSVD<MatrixXd, ColPivHouseholderQRPreconditioner>;
+
+template <>
+class qr_preconditioner_impl<MatrixXd, ColPivHouseholderQRPreconditioner,
+                             PreconditionIfMoreRowsThanCols, true> {
+ public:
+  void allocate(const SvdOfDoubles&) {}
+  bool run(SvdOfDoubles& svd, const MatrixXd& A);
+};
+
+template <>
+class qr_preconditioner_impl<MatrixXd, ColPivHouseholderQRPreconditioner,
+                             PreconditionIfMoreColsThanRows, true> {
+ public:
+  void allocate(const SvdOfDoubles&) {}
+  bool run(SvdOfDoubles& svd, const MatrixXd& A);
+};
+
+using MoreRows = qr_preconditioner_impl<MatrixXd, ColPivHouseholderQRPreconditioner,
+                                        PreconditionIfMoreRowsThanCols, true>;
+using MoreColumns = qr_preconditioner_impl<MatrixXd, ColPivHouseholderQRPreconditioner,
+                                           PreconditionIfMoreColsThanRows, true>;
+
+// A P = Q R: A's singular values are those of R.
+bool MoreRows::run(SvdOfDoubles& svd, const MatrixXd& A) {
+  if (A.rows() <= A.cols()) return false;
+  const ColPivHouseholderQR<MatrixXd> qr(A);
+  svd.m_workMatrix = qr.matrixQR().topRows(A.cols()).triangularView<Upper>();
+  if (svd.m_computeFullU) svd.m_matrixU = qr.householderQ();
+  if (svd.m_computeThinU) {
+    svd.m_matrixU = qr.householderQ() * MatrixXd::Identity(A.rows(), A.cols());
+  }
+  if (svd.computeV()) svd.m_matrixV = qr.colsPermutation();
+  return true;
+}
+
+bool MoreColumns::run(SvdOfDoubles& svd, const MatrixXd& A) {
+  if (A.cols() <= A.rows()) return false;
+  const ColPivHouseholderQR<MatrixXd> qr(A.transpose());
+  const MatrixXd R = qr.matrixQR().topRows(A.rows()).triangularView<Upper>();
+  svd.m_workMatrix = R.transpose();
+  if (svd.m_computeFullV) svd.m_matrixV = qr.householderQ();
+  if (svd.m_computeThinV) {
+    svd.m_matrixV = qr.householderQ() * MatrixXd::Identity(A.cols(), A.rows());
+  }
+  if (svd.computeU()) svd.m_matrixU = qr.colsPermutation();
+  return true;
+}
+
+}  // namespace Eigen::internal
+
 namespace photocoag {
 
 using Eigen::MatrixXcd;
