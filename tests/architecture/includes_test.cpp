@@ -40,7 +40,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"device", {}},
     {"photoacoustics", {"core"}},
     // The supervisor shares nothing with what it supervises.
-    {"safety", {"device", "tissue"}},
+    {"safety", {"core", "device", "tissue"}},
     {"loop", {"core", "rom", "estimation", "mpc", "qp", "device", "safety"}},
     {"rt", {"core", "loop", "device", "safety", "photoacoustics"}},
     {"eye", {"core", "tissue", "fom", "photoacoustics", "rt"}},

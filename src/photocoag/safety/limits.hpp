@@ -57,9 +57,9 @@ class GuardedLimits {
   /// False after any change of a bit in either copy.
   bool intact() const noexcept {
     const Words words = std::bit_cast<Words>(limits_);
-    bool same = true;
-    for (std::size_t i = 0; i < words.size(); ++i) same = same && words[i] == ~complement_[i];
-    return same;
+    std::uint64_t differing = 0;
+    for (std::size_t i = 0; i < words.size(); ++i) differing |= words[i] ^ ~complement_[i];
+    return differing == 0;
   }
   /// The memory of the limits, for tests that flip bits in it.
   std::span<std::byte> memory() noexcept {

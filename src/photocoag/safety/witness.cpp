@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/wide_vectors.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -17,42 +19,122 @@ double dot(const WitnessModel::Weights& weights,
   return sum;
 }
 
+/// The smallest of `count` numbers.
+double smallest(const double* values, std::size_t count) noexcept {
+  // In two chains that stay in registers.
+  double even = values[0];
+  double odd = values[0];
+  std::size_t k = 0;
+  for (; k + 4 <= count; k += 4) {
+    even = even < values[k] ? even : values[k];
+    odd = odd < values[k + 1] ? odd : values[k + 1];
+    even = even < values[k + 2] ? even : values[k + 2];
+    odd = odd < values[k + 3] ? odd : values[k + 3];
+  }
+  for (; k < count; ++k) even = std::min(even, values[k]);
+  return std::min(even, odd);
+}
+
+/// The place of `value`, between first and last, that is nearest to `from`.
+std::size_t nearest_of(const double* values, std::size_t first, std::size_t last, std::size_t from,
+                       double value) noexcept {
+  for (std::size_t away = 0; away <= last - first; ++away) {
+    if (from >= first + away && values[from - away] == value) return from - away;
+    if (from + away <= last && values[from + away] == value) return from + away;
+  }
+  return first;
+}
+
+constexpr std::size_t kBlock = 24;  // curves whose sums stay in registers
+static_assert(kWitnessCurves % kBlock == 0);
+
+/// temperature_j = sum_i weight_ij lag_i of `curves` curves, rounded up to whole blocks.
+PHOTOCOAG_WIDE_VECTORS void sum_lags(const double* __restrict weights, const double* __restrict lag,
+                                     std::size_t modes, std::size_t curves,
+                                     double* __restrict temperature) noexcept {
+  for (std::size_t j = 0; j < curves; j += kBlock) {
+    const double* column = weights + j;
+    double sum[kBlock];
+    for (std::size_t l = 0; l < kBlock; ++l) sum[l] = column[l] * lag[0];
+    for (std::size_t i = 1; i < modes; ++i) {
+      column += kWitnessCurves;
+      for (std::size_t l = 0; l < kBlock; ++l) sum[l] += column[l] * lag[i];
+    }
+    for (std::size_t l = 0; l < kBlock; ++l) temperature[j + l] = sum[l];
+  }
+}
+
+struct Judgement {
+  double memory;
+  double noise_variance;
+  double model_error;
+};
+
+/// One sample enters the misfits `judged`; `other` only ages.
+PHOTOCOAG_WIDE_VECTORS void judge_curves(const double* __restrict temperature, std::size_t curves,
+                                         double sample, Judgement by, double* __restrict judged,
+                                         double* __restrict other) noexcept {
+  for (std::size_t j = 0; j < curves; ++j) {
+    const double residual = sample - temperature[j];
+    const double error = by.model_error * temperature[j];
+    const double variance = by.noise_variance + error * error;
+    judged[j] = by.memory * judged[j] + residual * residual / variance;
+    other[j] *= by.memory;
+  }
+}
+
 }  // namespace
 
 Witness::Witness(const WitnessModel& model, double noise, double model_error) noexcept
     : model_(model),
       noise_variance_(std::max(noise, kLeastNoise) * std::max(noise, kLeastNoise)),
       model_error_(model_error) {
+  Lags held_1{};  // what one period of 1 W adds to a lag, and two
+  Lags held_2{};
   for (std::size_t i = 0; i < kWitnessModes; ++i) {
-    held_1_[i] = 1.0;
-    held_2_[i] = 1.0 + model_.decay[i];
+    held_1[i] = 1.0;
+    held_2[i] = 1.0 + model_.decay[i];
+    if (model_.decay[i] != 0.0) modes_ = i + 1;
+    for (std::size_t j = 0; j < curves(); ++j) {
+      volume_[i][j] = model_.volume[j][i];
+      if (model_.volume[j][i] != 0.0 || model_.peak[j][i] != 0.0) modes_ = i + 1;
+    }
+  }
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    for (auto& best : best_) best[b] = b * model_.absorptions;
+  }
+  for (std::size_t j = 0; j < curves(); ++j) {
+    rise_1_[j] = dot(model_.peak[j], held_1);
+    rise_2_[j] = dot(model_.peak[j], held_2);
   }
   doubt();
 }
 
 void Witness::doubt() noexcept {
   for (PerCurve& misfit : misfit_) misfit.fill(0.0);
+  for (auto& least : least_) least.fill(0.0);
   find_plausible();
 }
 
 void Witness::emit(double power) noexcept {
   Lags seen{};
-  for (std::size_t i = 0; i < kWitnessModes && model_.averaged; ++i) {
+  for (std::size_t i = 0; i < modes_ && model_.averaged; ++i) {
     seen[i] = model_.seen_before[i] * lag_[i] + model_.seen_power[i] * power;
   }
-  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+  for (std::size_t i = 0; i < modes_; ++i) {
     lag_[i] = model_.decay[i] * lag_[i] + power;
     coasting_[i] = model_.decay[i] * lag_[i];
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
-  for (std::size_t j = 0; j < curves(); ++j) {
-    volume_now_[j] = model_.averaged ? dot(model_.volume[j], seen) + model_.seen_feed[j] * power
-                                     : dot(model_.volume[j], lag_);
+  sum_lags(volume_.front().data(), (model_.averaged ? seen : lag_).data(), modes_, curves(),
+           volume_now_.data());
+  for (std::size_t j = 0; j < curves() && model_.averaged; ++j) {
+    volume_now_[j] += model_.seen_feed[j] * power;
   }
 }
 
 void Witness::await(double power) noexcept {
-  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+  for (std::size_t i = 0; i < modes_; ++i) {
     coasting_[i] = model_.decay[i] * (coasting_[i] + power);
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
@@ -86,22 +168,25 @@ WitnessResidual Witness::compare(double volume_temperature) const noexcept {
 }
 
 void Witness::learn(double volume_temperature) noexcept {
-  for (std::size_t j = 0; j < curves(); ++j) {
-    const double residual = volume_temperature - volume_now_[j];
-    for (PerCurve& misfit : misfit_) misfit[j] *= model_.memory;
-    misfit_[next_][j] += residual * residual / variance(j);
+  judge_curves(volume_now_.data(), curves(), volume_temperature,
+               {model_.memory, noise_variance_, model_error_}, misfit_[next_].data(),
+               misfit_[1 - next_].data());
+  for (std::size_t b = 0; b < model_.choroids; ++b) {
+    least_[next_][b] = smallest(&misfit_[next_][b * model_.absorptions], model_.absorptions);
+    least_[1 - next_][b] *= model_.memory;  // as all of them, so it is still the smallest
   }
   next_ = 1 - next_;
   find_plausible();
 }
 
 void Witness::find_plausible() noexcept {
-  for (Family& family : families_) family.plausible = false;
-  for (const PerCurve& misfit : misfit_) {
-    const auto end = misfit.begin() + static_cast<std::ptrdiff_t>(curves());
-    const double bar = *std::min_element(misfit.begin(), end) + kPlausible;
+  for (std::size_t b = 0; b < model_.choroids; ++b) families_[b].plausible = false;
+  for (std::size_t half = 0; half < misfit_.size(); ++half) {
+    const auto& least = least_[half];
+    const double bar = smallest(least.data(), model_.choroids) + kPlausible;
     for (std::size_t b = 0; b < model_.choroids; ++b) {
-      families_[b].widen_to(plausible_by(misfit, b * model_.absorptions, bar));
+      families_[b].widen_to(
+          plausible_by(misfit_[half], b * model_.absorptions, least[b], bar, best_[half][b]));
     }
   }
   if (model_.choroids > 1) {
@@ -139,13 +224,13 @@ void Witness::Family::widen_to(const Family& other) noexcept {
   }
 }
 
-Witness::Family Witness::plausible_by(const PerCurve& misfit, std::size_t first,
-                                      double bar) const noexcept {
+/// `first`: the family's first curve; `least`: its smallest misfit; `best`: the curve that had it
+/// at the last sample, and then the one that has it now.
+Witness::Family Witness::plausible_by(const PerCurve& misfit, std::size_t first, double least,
+                                      double bar, std::size_t& best) const noexcept {
   const std::size_t last = first + model_.absorptions - 1;
-  const auto begin = misfit.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(model_.absorptions);
-  const auto best = static_cast<std::size_t>(std::min_element(begin, end) - misfit.begin());
-  if (misfit[best] > bar) {
+  best = nearest_of(misfit.data(), first, last, best, least);
+  if (least > bar) {
     return {.plausible = false, .low = best, .high = last, .fraction = 1.0};
   }
   Family family{.plausible = true, .low = best, .high = last, .fraction = 1.0};
@@ -194,29 +279,30 @@ double Witness::volume_high() const noexcept {
   return largest;
 }
 
-double Witness::power_for(double peak, const Lags& coasting, const Lags& held) const noexcept {
+double Witness::power_for(double peak, const Lags& coasting, const PerCurve& rise) const noexcept {
   double least = std::numeric_limits<double>::infinity();
   peak = (peak - model_.peak_error_K) / (1.0 + model_.peak_error);
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     const Family family = counted(b);
     if (!family.plausible) continue;
-    least = std::min(least, (peak - peak_at_high(family, coasting)) / peak_at_high(family, held));
+    least = std::min(least, (peak - peak_at_high(family, coasting)) /
+                                family.at_high(rise[family.high - 1], rise[family.high]));
   }
   return std::max(0.0, least);
 }
 
 double Witness::power_for_peak(double peak) const noexcept {
-  return power_for(peak, coasting_, held_1_);
+  return power_for(peak, coasting_, rise_1_);
 }
 
 double Witness::held_power_for_peak(double peak) const noexcept {
-  return power_for(peak, coasting_2_, held_2_);
+  return power_for(peak, coasting_2_, rise_2_);
 }
 
 double Witness::late_power_for_peak(double peak, double before) const noexcept {
   Lags coasting = coasting_2_;
-  for (std::size_t i = 0; i < kWitnessModes; ++i) coasting[i] += model_.decay[i] * before;
-  return power_for(peak, coasting, held_1_);
+  for (std::size_t i = 0; i < modes_; ++i) coasting[i] += model_.decay[i] * before;
+  return power_for(peak, coasting, rise_1_);
 }
 
 double Witness::steady_power(double peak) const noexcept {

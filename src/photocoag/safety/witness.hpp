@@ -105,23 +105,28 @@ class Witness {
 
   std::size_t curves() const noexcept { return model_.absorptions * model_.choroids; }
   double peak_at_high(const Family& family, const Lags& lags) const noexcept;
-  double power_for(double peak, const Lags& coasting, const Lags& held) const noexcept;
+  double power_for(double peak, const Lags& coasting, const PerCurve& rise) const noexcept;
   double variance(std::size_t j) const noexcept;
   void find_plausible() noexcept;
-  Family plausible_by(const PerCurve& misfit, std::size_t first, double bar) const noexcept;
+  Family plausible_by(const PerCurve& misfit, std::size_t first, double least, double bar,
+                      std::size_t& best) const noexcept;
   Family counted(std::size_t b) const noexcept;
 
   WitnessModel model_;
   double noise_variance_;
   double model_error_;
-  Lags lag_{};         // now
-  Lags coasting_{};    // after what is awaited and one more period at 0 W
-  Lags coasting_2_{};  // after two
-  Lags held_1_{};      // what one period of 1 W adds: ones
-  Lags held_2_{};      // two periods
+  std::size_t modes_ = 1;                         // in use: the rest decays to 0 and weighs nothing
+  std::array<PerCurve, kWitnessModes> volume_{};  // the model's weights, by lag
+  PerCurve rise_1_{};                             // K/W, peak after one period of 1 W
+  PerCurve rise_2_{};                             // after two
+  Lags lag_{};                                    // now
+  Lags coasting_{};                               // after what is awaited and one period at 0 W
+  Lags coasting_2_{};                             // after two
   PerCurve volume_now_{};
   std::array<PerCurve, 2> misfit_{};  // by samples of even and of odd number
-  std::size_t next_ = 0;              // which of them the next sample enters
+  std::array<std::array<double, kWitnessChoroids>, 2> least_{};      // misfit of each beta
+  std::array<std::array<std::size_t, kWitnessChoroids>, 2> best_{};  // the curve that has it
+  std::size_t next_ = 0;  // which of them the next sample enters
   bool suspicious_ = false;
   std::array<Family, kWitnessChoroids> families_{};  // one per beta
   double high_alpha_ = 0.0;
