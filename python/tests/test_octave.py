@@ -24,6 +24,7 @@ def folder(program, tmp_path_factory):
     program("simulate", "--set", "plant.absorption_factor=0.5", "--seed", "7", "--out", str(made / "run"))
     program("convert", str(made / "run"), "--mat", str(made / "first.mat"), "--hdf5", str(made / "first.h5"))
     program("reduce", "--out", str(made / "first.json"))
+    program("export-c", "--out", str(made / "controller"))
     (made / "matlab").symlink_to(ROOT / "matlab")
     return made
 
@@ -124,11 +125,17 @@ def test_the_first_treatment_has_pythons_numbers(octave, run, model):
 
 def test_the_documents_blocks_run(octave, run, model):
     blocks = re.findall(r"```matlab\n(.*?)```", (ROOT / "docs/matlab.md").read_text(), re.S)
+    if MAY_SKIP and shutil.which("mkoctfile") is None:  # test_mex skips, too
+        blocks = [block for block in blocks if "photocoag_controller" not in block and "closed_loop" not in block]
     printed = octave("\n".join(  # all but the picture
         "\n".join(line for line in block.splitlines() if not line.startswith("plot(")) for block in blocks))
     assert f"highest peak {run.summary['peak_true_max_K']:.2f} K" in printed
     gain = -model.C_peak @ np.linalg.solve(model.A, model.B(0.5))
     assert f"{gain:.0f} K per watt in the end, steps of 1 ms" in printed
+    if "photocoag_controller" in "".join(blocks):
+        assert re.search(r"^0\.\d+ W, estimated peak \d+\.\d+ K$", printed, re.M)
+        peak, alpha = re.search(r"250 periods, peak at most ([0-9.]+) K, estimated absorption factor ([0-9.]+)", printed).groups()
+        assert 29.0 < float(peak) < 33.0 and 1.0 < float(alpha) < 1.2
 
 
 def test_damaged_and_foreign_files_are_refused(octave, folder):
