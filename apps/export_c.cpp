@@ -11,6 +11,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/export/c_export.hpp"
+#include "photocoag/rom/uncertain_model.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
@@ -49,7 +50,8 @@ int export_c_command(const ExportCOptions& options) {
       "WARNING   the supervisor is not in it: see README.md in the folder\n"
       "written   {}\n",
       version(), kResearchNotice, options.single_precision ? "single" : "double",
-      controlled.control.horizon, model.order(), model.period * 1e3, folder.string());
+      controlled.control.horizon, config.believes() ? model.uncertain->order() : model.order(),
+      model.period * 1e3, folder.string());
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "photocoag/rom/intersample.hpp"
+#include "support/uncertain_eyes.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -34,7 +35,89 @@ void disturb(ControlSettings& control) {
   }
 }
 
+// An eye of an uncertain model.
+class UncertainEye {
+ public:
+  UncertainEye(const UncertainModel& model, const QuantityVector& logs) {
+    model.step_of(model.period, decay_, gain_);
+    x_.setZero(model.order());
+    StateVector peak;
+    ResidueSlopes slopes;
+    model.evaluate(logs, peak, slopes, volume_, slopes);
+    for (int q = 0; q < model.count(); ++q) {
+      const UncertainQuantity& quantity = model.quantities[static_cast<std::size_t>(q)];
+      if (quantity.kind == QuantityKind::kCalibration) volume_ *= std::exp(logs[q]);
+    }
+  }
+  double step(double power) {
+    x_ = decay_.cwiseProduct(x_) + gain_ * power;
+    return volume_.dot(x_);
+  }
+
+ private:
+  StateVector decay_, gain_, x_, volume_;
+};
+
+// One period: the sample that the eye gives without noise.
+using Eye = std::function<double(double power)>;
+
+Eye random_eye(const ReducedModel& model, const std::function<double()>& unit) {
+  if (model.uncertain == nullptr) {
+    ReducedPlant plant(model, 0.35 + 1.25 * unit());
+    return [plant](double power) mutable {
+      plant.step(power);
+      return plant.outputs().volume;
+    };
+  }
+  QuantityVector logs(model.uncertain->count());
+  for (int q = 0; q < model.uncertain->count(); ++q) {
+    const UncertainQuantity& quantity = model.uncertain->quantities[static_cast<std::size_t>(q)];
+    const double low = std::log(quantity.low);
+    logs[q] = low + unit() * (std::log(quantity.high) - low);
+  }
+  UncertainEye eye(*model.uncertain, logs);
+  return [eye](double power) mutable { return eye.step(power); };
+}
+
 }  // namespace
+
+std::vector<ReplayCase> chance_cases(int horizon) {
+  ControlSettings plain;
+  plain.horizon = horizon;
+  plain.robust = Robustness::kChance;
+  plain.limit_probability = 0.2;
+  EstimatorSettings learning = believing();
+  learning.prior.noise_spread = 0.3;
+  std::vector<ReplayCase> all = {{"chance", plain, learning}};
+  ControlSettings late = plain;
+  late.delay = 1;
+  late.power_change_weight = 2e3;
+  EstimatorSettings considering = believing();
+  for (const std::size_t q : {4U, 5U}) considering.prior.quantities[q].estimated = false;
+  all.push_back({"chance, delayed power, considered quantities", late, considering});
+  ControlSettings gentle = plain;
+  gentle.power_weight = 1e3;
+  gentle.power_min = 2e-3;
+  gentle.identification_duration = 8e-3;
+  gentle.identification_power = 0.02;
+  gentle.identification_sigma = 2.5;
+  all.push_back({"chance, a gentle start", gentle, learning});
+  ControlSettings posterior = plain;
+  posterior.robust = Robustness::kNone;
+  posterior.state_weight = StateWeight::kDelayed;
+  posterior.power_weight = 5e1;
+  all.push_back({"posterior alone, delayed weight", posterior, learning});
+  for (ReplayCase& one : all) disturb(one.control);
+  return all;
+}
+
+ReducedModel chance_model(const ReplayCase& what) {
+  ReducedModel model = model_of_seven();
+  auto uncertain = std::make_shared<UncertainModel>(*model.uncertain);
+  uncertain->quantities = what.estimator.prior.quantities;
+  model.uncertain = uncertain;
+  return model;
+}
 
 std::vector<ReplayCase> replay_cases(int horizon) {
   std::vector<ReplayCase> all = {
@@ -78,7 +161,7 @@ std::vector<ReplayCycle> record(const ReducedModel& plain, const ReplayCase& wha
   std::uniform_real_distribution<double> unit;
   std::vector<ReplayCycle> recorded;
   Controller controller = cold;
-  ReducedPlant eye(model, 1.0);
+  Eye eye;
   double noise = 0.0;
   for (int n = 0; n < cycles; ++n) {
     ReplayCycle cycle;
@@ -86,13 +169,12 @@ std::vector<ReplayCycle> record(const ReducedModel& plain, const ReplayCase& wha
     Decision decision;
     if (cycle.first) {
       controller = cold;
-      eye = ReducedPlant(model, 0.35 + 1.25 * unit(generator));
+      eye = random_eye(model, [&] { return unit(generator); });
       noise = 0.05 + 0.6 * unit(generator);
       decision = controller.decide();
     } else {
       cycle.applied = recorded.back().power * (1.0 + 0.05 * normal(generator));
-      eye.step(cycle.applied);
-      cycle.sample = eye.outputs().volume + noise * normal(generator);
+      cycle.sample = eye(cycle.applied) + noise * normal(generator);
       const double kind = unit(generator);
       if (kind < 0.01) cycle.sample = std::nan("");
       if (kind > 0.99) cycle.sample += 60.0;
@@ -132,6 +214,7 @@ ReplayDifference replay(const Exported& exported, const std::vector<ReplayCycle>
     }
     const double peak = std::abs(exported.peak(c) - cycle.peak);
     if (!(peak <= difference.peak)) difference.peak = peak;
+    if (!(off <= kSingleBar.power && peak <= kSingleBar.peak)) ++difference.beyond;
     ++difference.cycles;
   }
   return difference;

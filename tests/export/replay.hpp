@@ -22,6 +22,10 @@ struct ReplayCase {
 /// limits are active and change.
 std::vector<ReplayCase> replay_cases(int horizon);
 
+/// The same with the posterior estimator and the limit of a stated probability, and the model.
+std::vector<ReplayCase> chance_cases(int horizon);
+ReducedModel chance_model(const ReplayCase& what);
+
 /// What the controller got and gave in one period.
 struct ReplayCycle {
   double sample = 0.0;  ///< K; NaN: missing
@@ -45,7 +49,12 @@ struct ReplayDifference {
   double peak = 0.0;   ///< K
   int worst = -1;      ///< cycle of the largest difference of powers
   int cycles = 0;
+  int beyond = 0;  ///< cycles that differ by more than kSingleBar
 };
+
+/// 1e-5 W of 0.06 W and 1e-3 K of 30 K: single precision.
+inline constexpr ReplayDifference kSingleBar{.power = 1e-5, .peak = 1e-3};
+
 ReplayDifference replay(const Exported& exported, const std::vector<ReplayCycle>& recorded);
 
 }  // namespace photocoag::testing

@@ -2,6 +2,7 @@
  * factor. Prints time, power, and the true and the estimated peak. On a microcontroller the body of
  * the loop is the interrupt handler of a timer, see README.md. Research software, not a medical
  * device. */
+#include <math.h>
 #include <stdio.h>
 
 #include "pc_controller.h"
@@ -10,6 +11,7 @@
 #define EYE_ALPHA ((pc_real)1.1)
 
 static pc_controller controller;
+static pc_real eye[PC_ORDER];
 
 /* sum_i a_i b_i. */
 static pc_real dot(const pc_real* a, const pc_real* b) {
@@ -18,22 +20,39 @@ static pc_real dot(const pc_real* a, const pc_real* b) {
   return sum;
 }
 
-int main(void) {
-  pc_real eye[PC_ORDER] = {0};
+/* One period of the eye; its volume temperature and peak, K. */
+static pc_real heat(pc_real power, pc_real* peak) {
+#if PC_POSTERIOR
+  static pc_residues of_peak, of_sample;
+  pc_real at[PC_QUANTITIES] = {0}; /* the prior's mean */
+  at[0] = (pc_real)log((double)EYE_ALPHA) - pc_prior_mean[0];
+  pc_evaluate(at, &of_peak, &of_sample);
+  pc_propagate(eye);
+  for (int i = 0; i < PC_ORDER; ++i) eye[i] += pc_gain[i] * power;
+  *peak = dot(of_peak.value, eye);
+  return dot(of_sample.value, eye);
+#else
   pc_matrices matrices;
   pc_evaluate(EYE_ALPHA, &matrices);
+  pc_propagate(eye);
+  for (int i = 0; i < PC_ORDER; ++i) eye[i] += matrices.input[i] * power;
+  *peak = dot(pc_peak_row, eye);
+  return dot(matrices.volume, eye);
+#endif
+}
 
+int main(void) {
   pc_controller_init(&controller);
   pc_real power = pc_controller_start(&controller);
   printf("time_ms power_mW peak_K estimated_peak_K\n");
   for (int n = 1; n <= PERIODS; ++n) {
-    pc_propagate(eye);
-    for (int i = 0; i < PC_ORDER; ++i) eye[i] += matrices.input[i] * power;
+    pc_real peak = 0;
     const pc_real applied = power;
-    power = pc_controller_step(&controller, dot(matrices.volume, eye), applied);
+    const pc_real sample = heat(applied, &peak);
+    power = pc_controller_step(&controller, sample, applied);
     if (n <= 10 || n % 50 == 0) {
       printf("%g %.4f %.4f %.4f\n", n * 1e3 * (double)PC_PERIOD, 1e3 * (double)applied,
-             (double)dot(pc_peak_row, eye), (double)pc_controller_peak(&controller));
+             (double)peak, (double)pc_controller_peak(&controller));
     }
   }
   return 0;

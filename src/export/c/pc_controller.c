@@ -2,6 +2,7 @@
  * supervisor is not in it. */
 #include "pc_controller.h"
 
+#include "pc_margin.h"
 #include "pc_math.h"
 
 /* Periods are counted up to here: no key of the configuration reaches as far. */
@@ -50,76 +51,6 @@ static pc_real steady_power(const pc_real input[PC_ORDER], int32_t n) {
   return reference_at(n) / pc_dot(pc_steady_row, input, PC_ORDER);
 }
 
-/* --- The limit with a margin, (E28) ----------------------------------------------------------- */
-
-#if PC_CERTIFIED
-typedef struct {
-  pc_real input[PC_ORDER];    /* B_d at the largest plausible alpha */
-  pc_real free[PC_INPUTS];    /* K, at stages 1 ... N-1 whatever the powers */
-  pc_real impulse[PC_INPUTS]; /* K for u_max, i + 1 periods after the power */
-} pc_margin;
-
-/* The certificate's scale is linear between its nodes: its largest value between low and high is
- * at a node or at an end, and the node next to an end is at least as far out. */
-static pc_real largest_scale(pc_real low, pc_real high) {
-  pc_real largest = 0;
-  for (int i = 0; i < PC_CERTIFICATE_NODES; ++i) {
-    const bool before = i + 1 < PC_CERTIFICATE_NODES && pc_certificate_alpha[i + 1] <= low;
-    const bool behind = i > 0 && pc_certificate_alpha[i - 1] >= high;
-    if (!before && !behind) largest = pc_max(largest, pc_certificate_scale[i]);
-  }
-  return largest;
-}
-
-static void observe_power(pc_controller* c, pc_real power) {
-  for (int j = 0; j < PC_MAJORANT_TERMS; ++j) {
-    c->applied[j] = pc_majorant_decay[j] * c->applied[j] + pc_max(power, 0);
-  }
-}
-
-/* What the rows have more than the estimate's peak: deviations of state and alpha, and the model's
- * running error bound of the powers applied so far and of those to come. */
-static void evaluate_margin(const pc_controller* c, pc_margin* margin) {
-  const pc_filter* filter = &c->filter;
-  const pc_real variance = filter->covariance[PC_ORDER][PC_ORDER];
-  const pc_real spread = PC_ROBUST_SIGMA * (variance > 0 ? pc_sqrt(variance) : 0);
-  const pc_real high = pc_max(filter->alpha, pc_min(filter->alpha + spread, PC_ALPHA_MAX));
-  const pc_real scale = largest_scale(filter->alpha - spread, high);
-  pc_matrices matrices;
-  pc_evaluate(high, &matrices);
-  for (int i = 0; i < PC_ORDER; ++i) margin->input[i] = matrices.input[i];
-
-  for (int k = 0; k < PC_INPUTS; ++k) {
-    const pc_real* row = pc_peak_rows[k + 1];
-    pc_real peak_variance = 0;
-    for (int i = 0; i < PC_ORDER; ++i) {
-      peak_variance += row[i] * pc_dot(filter->covariance[i], row, PC_ORDER);
-    }
-    const pc_real sigma = peak_variance > 0 ? pc_sqrt(peak_variance) : 0;
-    pc_real left = 0;   /* of the powers applied so far, at stage k + 1 */
-    pc_real caused = 0; /* by a power k + 1 periods before */
-    for (int j = 0; j < PC_MAJORANT_TERMS; ++j) {
-#if PC_DELAY
-      left += pc_majorant[k + 1][j] * (pc_majorant_decay[j] * c->applied[j] + c->pending_power);
-#else
-      left += pc_majorant[k + 1][j] * c->applied[j];
-#endif
-      caused += pc_majorant[k][j];
-    }
-    margin->free[k] = PC_ROBUST_SIGMA * sigma + scale * left;
-#if PC_DELAY
-    /* What the power on its way may heat more than the estimate says. */
-    pc_real excess = 0;
-    for (int i = 0; i < PC_ORDER; ++i) {
-      excess += row[i] * (margin->input[i] - filter->matrices.input[i]) * c->pending_power;
-    }
-    margin->free[k] += pc_max(excess, 0);
-#endif
-    margin->impulse[k] = scale * caused * PC_POWER_MAX;
-  }
-}
-#endif
-
 /* --- The quadratic program, (E19), (E20), (E22) ----------------------------------------------- */
 
 /* Outputs without inputs, impulse response and limits; true if the limit had to be relaxed. */
@@ -130,7 +61,7 @@ static bool respond(pc_controller* c, int32_t n) {
   bool relaxed = false;
 #if PC_CERTIFIED
   pc_margin margin;
-  evaluate_margin(c, &margin);
+  pc_margin_evaluate(c, &margin);
 #endif
   for (int k = 0; k < PC_INPUTS; ++k) {
     c->impulse[k] = pc_dot(pc_peak_rows[k], B, PC_ORDER) * PC_POWER_MAX;
@@ -142,6 +73,9 @@ static bool respond(pc_controller* c, int32_t n) {
     row_free += margin.free[k];
 #else
     c->row_impulse[k] = c->impulse[k];
+#endif
+#if PC_CHANCE
+    row_free += c->margin[k];
 #endif
     least_sum += c->row_impulse[k];
     const pc_real least = row_free + least_sum * (PC_POWER_MIN / PC_POWER_MAX);
@@ -244,6 +178,27 @@ static void correct(pc_controller* c, int32_t n) {
 
 /* --- One period ------------------------------------------------------------------------------- */
 
+/* The plan; true if the limit had to be relaxed. */
+static bool plan(pc_controller* c, int32_t n) {
+#if PC_CHANCE
+  bool relaxed = false;
+  pc_margin_begin(c);
+  for (int i = 0; i < PC_MOST_SOLVES; ++i) {
+    const bool same = pc_margin_evaluate(c) <= PC_SAME_LIMIT;
+    if (i > 0 && same) break;
+    relaxed = i == 0 ? condense(c, n) : respond(c, n);
+    const bool solved = pc_qp_solve(&c->problem, &c->workspace, &c->plan) == PC_QP_SOLVED;
+    for (int k = 0; k < PC_INPUTS; ++k) {
+      c->around[k] = solved ? c->plan.power[k] * PC_POWER_MAX : 0;
+    }
+  }
+#else
+  const bool relaxed = condense(c, n);
+  pc_qp_solve(&c->problem, &c->workspace, &c->plan);
+#endif
+  return relaxed;
+}
+
 /* A new plan, from the state at which its first power begins to act. */
 static void solve(pc_controller* c) {
   const pc_real* B = c->filter.matrices.input;
@@ -259,8 +214,8 @@ static void solve(pc_controller* c) {
   pc_decision* decision = &c->decision;
   decision->power_reference = steady_power(B, n);
   if (!c->started) c->before = decision->power_reference; /* u_prev of the first decision */
-  const bool relaxed = condense(c, n);
-  const pc_qp_status status = pc_qp_solve(&c->problem, &c->workspace, &c->plan);
+  const bool relaxed = plan(c, n);
+  const pc_qp_status status = c->plan.status;
   decision->changes = c->plan.changes;
   decision->limit_active = false;
   for (int k = 0; k < PC_INPUTS; ++k) {
@@ -289,6 +244,15 @@ static pc_real gate(pc_real power, pc_gate* verdict) {
   return excess > 0 ? PC_POWER_MAX : power;
 }
 
+#if PC_IDENTIFICATION > 0
+/* The gentle start: for a time, or until the next peak is known well enough. */
+static bool identifying(pc_controller* c) {
+  if (c->cycle >= PC_IDENTIFICATION || c->known) return false;
+  c->known = c->started && c->relative_sigma * PC_PEAK_REFERENCE < PC_IDENTIFICATION_SIGMA;
+  return !c->known;
+}
+#endif
+
 static pc_real decide(pc_controller* c) {
   pc_decision* decision = &c->decision;
   if (c->stage == 0) {
@@ -300,6 +264,9 @@ static pc_real decide(pc_controller* c) {
   pc_real power = solved ? c->plan.power[c->stage] * PC_POWER_MAX : 0;
 #if PC_FIRST_POWER_GIVEN
   if (!c->started) power = PC_FIRST_POWER;
+#endif
+#if PC_IDENTIFICATION > 0
+  if (identifying(c)) power = pc_min(power, PC_IDENTIFICATION_POWER);
 #endif
   c->started = true;
   c->stage = c->stage + 1 < PC_SOLVE_EVERY ? c->stage + 1 : 0;
@@ -314,7 +281,7 @@ static void observe(pc_controller* c, pc_real volume_temperature, pc_real applie
   if (c->cycle < PC_LAST_CYCLE) ++c->cycle;
   pc_filter_predict(&c->filter, applied_power);
 #if PC_CERTIFIED
-  observe_power(c, applied_power);
+  pc_margin_observe(c, applied_power);
 #endif
   c->decision.sample = pc_filter_update(&c->filter, volume_temperature);
 }

@@ -1,6 +1,7 @@
 /* A photocoag controller in C99: estimate, reference power, condensing, quadratic program, gate.
  * Algorithm 1 of M. Schaller et al., "Model predictive control for retinal laser treatment at
- * 1 kHz"; (E14) to (E23) and (E28) are those of docs/equations.md of photocoag.
+ * 1 kHz"; (E14) to (E23) and (E28) are those of docs/equations.md of photocoag,
+ * (U1) to (U3) those of docs/uncertainty.md.
  *
  * RESEARCH SOFTWARE, NOT A MEDICAL DEVICE. THE SUPERVISOR IS NOT IN IT: no watchdog, no second
  * model beside the estimate, no limit on energy or exposure, no check of the laser's readback.
@@ -60,6 +61,15 @@ typedef struct {
   bool started;
 #if PC_CERTIFIED
   pc_real applied[PC_MAJORANT_TERMS]; /* W, b_j of the powers applied so far, (E28) */
+#endif
+#if PC_CHANCE
+  pc_real ahead[PC_ORDER];   /* J, modes at which the new power begins to act */
+  pc_real around[PC_INPUTS]; /* W, around which the margin is taken */
+  pc_real margin[PC_INPUTS]; /* K, kept away from the limit, (U3) */
+  pc_real relative_sigma;    /* of the next peak */
+#endif
+#if PC_IDENTIFICATION > 0
+  bool known; /* the gentle start is over */
 #endif
   pc_qp_problem problem;
   pc_qp_workspace workspace;

@@ -3,12 +3,6 @@
 
 #include "pc_math.h"
 
-/* What no tissue can show is a broken measurement, K. */
-#define PC_COLDEST_SAMPLE PC_R(-50.0)
-#define PC_HOTTEST_SAMPLE PC_R(300.0)
-/* The outlier gate is as good as open then. */
-#define PC_MOST_DOUBLINGS 60
-
 #if PC_THETA_DEIM || PC_VOLUME_NORMALIZED
 /* Fraction of the light that is absorbed between two depths, (E3):
  *   s = e^-tau(front) - e^-tau(back),  tau(z) = fixed(z) + alpha scaled(z). */
@@ -155,27 +149,6 @@ void pc_filter_predict(pc_filter* filter, pc_real power) {
   pc_axpy(power, B, filter->state, PC_ORDER);
 }
 
-/* (E25): |innovation| <= gamma 2^r sigma. A lasting change opens the gate. What is not finite
- * passes, for the check of the filter's health to see it. */
-static bool passes_gate(pc_filter* filter, pc_real innovation, pc_real sigma) {
-#if PC_OUTLIER_GATE
-  pc_real width = PC_OUTLIER_SIGMA * sigma;
-  if (!(pc_abs(innovation) > width)) {
-    if (filter->doublings > 0) --filter->doublings;
-    return true;
-  }
-  for (int r = 0; r < filter->doublings; ++r) width *= 2;
-  if (!(pc_abs(innovation) > width)) return true;
-  if (filter->doublings < PC_MOST_DOUBLINGS) ++filter->doublings;
-  return false;
-#else
-  (void)filter;
-  (void)innovation;
-  (void)sigma;
-  return true;
-#endif
-}
-
 /* Joseph form in two rank-one steps, T = (I - K H) P, then P <- T (I - K H)' + noise K K', on one
  * triangle; ph = P H'. */
 static void update_covariance(const pc_real h[PC_EXTENDED], const pc_real ph[PC_EXTENDED],
@@ -224,9 +197,7 @@ static bool healthy(const pc_filter* filter) {
 
 /* (E16): H = (C, C' x),  S = H P H' + s_y^2,  K = P H' / S,  z <- z + K (y - C x). */
 pc_sample_use pc_filter_update(pc_filter* filter, pc_real volume_temperature) {
-  if (!(volume_temperature >= PC_COLDEST_SAMPLE && volume_temperature <= PC_HOTTEST_SAMPLE)) {
-    return PC_NO_SAMPLE;
-  }
+  if (!pc_possible_sample(volume_temperature)) return PC_NO_SAMPLE;
   const pc_matrices* m = &filter->matrices;
   pc_real h[PC_EXTENDED];
   pc_real ph[PC_EXTENDED];
@@ -236,7 +207,7 @@ pc_sample_use pc_filter_update(pc_filter* filter, pc_real volume_temperature) {
   for (int i = 0; i < PC_EXTENDED; ++i) ph[i] = pc_dot(filter->covariance[i], h, PC_EXTENDED);
   const pc_real variance = pc_dot(h, ph, PC_EXTENDED) + PC_SAMPLE_VARIANCE;
   const pc_real innovation = volume_temperature - pc_dot(m->volume, filter->state, PC_ORDER);
-  if (!passes_gate(filter, innovation, pc_sqrt(variance))) return PC_OUTLIER;
+  if (!pc_passes_gate(&filter->doublings, innovation, pc_sqrt(variance))) return PC_OUTLIER;
 
   for (int i = 0; i < PC_EXTENDED; ++i) gain[i] = ph[i] / variance;
   update_covariance(h, ph, gain, filter->covariance);

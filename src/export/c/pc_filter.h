@@ -5,16 +5,10 @@
 #define PC_FILTER_H
 
 #include "pc_model.h"
+#include "pc_sample.h"
 
 /* z = (x, alpha). */
 #define PC_EXTENDED (PC_ORDER + 1)
-
-typedef enum {
-  PC_UPDATED,   /* the sample was used */
-  PC_NO_SAMPLE, /* missing, not finite or physically impossible: prediction only */
-  PC_OUTLIER,   /* too far from the prediction to be believed: prediction only */
-  PC_RESTARTED  /* the estimate was broken: back to the initial values */
-} pc_sample_use;
 
 /* B_d(alpha) and C_vol(alpha) with their derivatives by alpha, (E9), (E10). */
 typedef struct {

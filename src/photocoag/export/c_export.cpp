@@ -72,14 +72,19 @@ void require_exportable(const ControlSettings& control, const EstimatorSettings&
                         const CExportOptions& options) {
   require(is_prefix(options.prefix), "--prefix", std::string_view(options.prefix),
           "1 to 20 lower-case letters, digits and underscores, a letter first");
-  require(estimator.kind == EstimatorKind::kEkf, "estimator.kind",
-          std::string_view(estimator.kind == EstimatorKind::kMhe ? "\"mhe\"" : "\"posterior\""),
-          "\"ekf\": the exported C has this filter alone");
+  require(estimator.kind != EstimatorKind::kMhe, "estimator.kind", std::string_view("\"mhe\""),
+          "\"ekf\" or \"posterior\" in exported C");
   require(estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
           std::string_view("\"rpe-and-choroid\""),
           "\"rpe\": the exported C estimates the absorption factor alone");
-  require(control.robust != Robustness::kChance, "control.robust", std::string_view("\"chance\""),
-          "\"none\" or \"certified\" in exported C");
+  if (estimator.kind == EstimatorKind::kPosterior) {
+    require(control.robust != Robustness::kCertified, "control.robust",
+            std::string_view("\"certified\""),
+            "\"none\" or \"chance\" with estimator.kind = \"posterior\" in exported C");
+    require(estimator.timing.plain(), "estimator.sample_averaging_periods",
+            estimator.timing.averaging,
+            "0, and no lags, with estimator.kind = \"posterior\" in exported C");
+  }
   require(control.solver == SolverKind::kDense, "control.solver",
           std::string_view(control.solver == SolverKind::kOsqp ? "\"osqp\"" : "\"osqp-condensed\""),
           "\"dense\": the exported C has the exact solver alone");
@@ -93,8 +98,12 @@ std::vector<ExportedFile> export_c(const ReducedModel& model, const ControlSetti
   const std::map<std::string, std::string> values =
       c_placeholders(model, control, estimator, options);
   std::vector<ExportedFile> files;
+  const bool posterior = estimator.kind == EstimatorKind::kPosterior;
   for (const CSource& source : c_sources()) {
     std::string name(source.name);
+    // Two estimators with the same functions: the one that is asked for is the filter.
+    if (name.starts_with(posterior ? "pc_filter." : "pc_posterior.")) continue;
+    if (name.starts_with("pc_posterior.")) name.replace(0, 13, "pc_filter.");
     if (name.ends_with(".in")) name.resize(name.size() - 3);
     files.push_back({renamed(name, options.prefix),
                      renamed(filled(std::string(source.text), values), options.prefix)});

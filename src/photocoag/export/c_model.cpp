@@ -7,6 +7,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/export/c_numbers.hpp"
+#include "photocoag/export/c_posterior.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/rom/intersample.hpp"
 
@@ -205,7 +206,11 @@ std::map<std::string, std::string> c_placeholders(const ReducedModel& model,
   out["config_sha256"] = options.config_sha256;
   out["single"] = flag(options.single_precision);
   out["real"] = options.single_precision ? "float" : "double";
-  const ReducedModel told = told_of(model, estimator.timing);
+  const bool posterior = estimator.kind == EstimatorKind::kPosterior;
+  // The posterior's modes have a control problem of their own.
+  const ReducedModel told =
+      posterior ? model.uncertain->control_model() : told_of(model, estimator.timing);
+  add_posterior(posterior ? model.uncertain.get() : nullptr, control, estimator, write, out);
   add_model(told, estimator.choroid_initial, write, out);
   add_rows(told, control.horizon, write, out);
   add_control(control, write, out);
