@@ -1,19 +1,17 @@
-// The proved number of active-set changes, and an attack on it that shares nothing with the search
-// but the solver: states of the reduced model, condensed by mpc/ocp, solved by DenseSolver.
+// The proved number of active-set changes, and an attack on it (attack.hpp).
 #include "photocoag/certify/certify.hpp"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
 #include <random>
 #include <string>
 
+#include "certify/attack.hpp"
 #include "photocoag/certify/region.hpp"
 #include "photocoag/certify/sampled_problem.hpp"
 #include "photocoag/certify/taylor.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/mpc/ocp.hpp"
 #include "photocoag/rom/iteration_proof.hpp"
 #include "support/reduced_models.hpp"
@@ -26,87 +24,11 @@ const ReducedModel& model() {
   return made;
 }
 
-ParameterBox box_of(double low, double high) {
-  ParameterBox box;
-  box.free.fill({low, high});
-  return box;
-}
-
 Certificate certified(const ControlSettings& settings, const ParameterBox& box,
                       const CertifyOptions& options = {.samples = 20'000}) {
   const std::atomic<bool> stop{false};
   return certify(model(), settings, box, options, stop);
 }
-
-/// Problems of a box, some with every number at an end of its range, at the limit or at the
-/// reference.
-class Attack {
- public:
-  Attack(const ControlSettings& settings, const ParameterBox& box)
-      : settings_(settings), box_(box), ocp_(model(), settings), random_(7) {
-    const int order = model().order();
-    Eigen::MatrixXd rows(order, order);
-    StateVector row = model().C_peak;
-    for (int k = 0; k < order; ++k) {
-      row = (row.transpose() * model().A_d).transpose().eval();
-      rows.row(k) = row.transpose();
-    }
-    observed_ = rows.transpose();
-  }
-
-  /// The most changes in so many problems.
-  int most(int problems) {
-    int largest = 0;
-    for (int i = 0; i < problems; ++i) largest = std::max(largest, changes());
-    EXPECT_GT(used_, problems / 3);
-    return largest;
-  }
-
- private:
-  double draw(const Range& range) {
-    const double share = std::uniform_real_distribution<>(-0.1, 1.1)(random_);
-    return range.low + std::clamp(share, 0.0, 1.0) * (range.high - range.low);
-  }
-
-  int changes() {
-    const int n = settings_.horizon - 1;
-    Eigen::VectorXd free = Eigen::VectorXd::Zero(model().order());
-    for (int k = 0; k < n; ++k) {
-      free[k] = draw(box_.free[k]);
-      const int corner = std::uniform_int_distribution<>(0, 9)(random_);
-      if (corner == 0) free[k] = settings_.peak_max;
-      if (corner == 1) free[k] = settings_.peak_reference;
-    }
-    const StateVector state(solve_transposed(observed_, free));
-    model().evaluate(draw(box_.absorption), matrices_);
-    const double reference = ocp_.steady_power(matrices_.input);
-    const bool first = std::uniform_int_distribution<>(0, 9)(random_) == 0;
-    ocp_.condense({.state = state,
-                   .input = matrices_.input,
-                   .cycle = 3,
-                   .power_reference = reference,
-                   .previous_power = first ? reference : draw(box_.previous)},
-                  problem_);
-    for (int k = 0; k < n; ++k) {  // what the state came to
-      if (!(ocp_.free_response(k + 1) >= box_.free[k].low)) return 0;
-      if (!(ocp_.free_response(k + 1) <= box_.free[k].high)) return 0;
-    }
-    ++used_;
-    solver_.solve(problem_, solution_);
-    return solution_.iterations;
-  }
-
-  const ControlSettings& settings_;
-  const ParameterBox& box_;
-  OptimalControlProblem ocp_;
-  Eigen::MatrixXd observed_;
-  std::mt19937 random_;
-  ParametricMatrices matrices_;
-  DenseSolver solver_;
-  QpProblem problem_;
-  QpSolution solution_;
-  int used_ = 0;
-};
 
 TEST(Certify, HorizonTwoNeedsOneChangeAtMost) {
   for (const double r1 : {0.0, 50.0}) {
@@ -119,7 +41,7 @@ TEST(Certify, HorizonTwoNeedsOneChangeAtMost) {
       EXPECT_EQ(found.share, 1.0);
       EXPECT_EQ(found.open_boxes, 0U);
       EXPECT_TRUE(found.covers_rounding());
-      EXPECT_EQ(Attack(settings, box).most(50'000), 1);
+      EXPECT_EQ(Attack(model(), settings, box).most(50'000), 1);
     }
   }
 }
@@ -130,7 +52,7 @@ TEST(Certify, AnAttackNeverExceedsTheProvedCountButExceedsOneLess) {
   const Certificate found = certified(settings, box);
   EXPECT_EQ(found.share, 1.0);
   EXPECT_EQ(found.proved, found.seen);
-  const int most = Attack(settings, box).most(300'000);
+  const int most = Attack(model(), settings, box).most(300'000);
   EXPECT_LE(most, found.proved);
   EXPECT_GT(most, found.proved - 1);  // a count that is wrong by one does not stand
 }
@@ -144,7 +66,7 @@ TEST(Certify, WhereTheSearchEndsTheBoundHoldsAllTheSame) {
     EXPECT_LE(found.proved, found.hard_bound);
     EXPECT_GE(found.proved, found.seen);
     EXPECT_GT(found.share, kind == StateWeight::kConstant ? 0.5 : 0.0);
-    EXPECT_LE(Attack(settings, box).most(100'000), found.proved);
+    EXPECT_LE(Attack(model(), settings, box).most(100'000), found.proved);
   }
 }
 
