@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "photocoag/core/build_info.hpp"
-#include "photocoag/safety/bands.hpp"
+#include "photocoag/safety/power_check.hpp"
 
 namespace photocoag {
 namespace {

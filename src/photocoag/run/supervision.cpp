@@ -12,7 +12,7 @@
 #include "photocoag/qp/dense.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/tissue_reference.hpp"
-#include "photocoag/safety/bands.hpp"
+#include "photocoag/safety/power_check.hpp"
 #include "photocoag/tissue/thermal_dose.hpp"
 
 namespace photocoag {

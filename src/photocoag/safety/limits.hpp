@@ -40,6 +40,16 @@ struct SafetyLimits {
   std::int64_t command_held =
       1;  ///< 1: a power lasts a period longer where the next write is missed
   std::int64_t check_quiet = 1;  ///< 0: a noise-free simulated eye, nothing is too quiet
+
+  /// How much hotter the tissue may be than the witness says, relative to its rise: by the power
+  /// that the readback does not show before there are samples, and by what the samples do not show
+  /// after. The peak grows less than the volume temperature with alpha, so that both together are
+  /// not worse.
+  double hidden_gain() const noexcept {
+    const double of_power = 1.0 + power_accuracy;
+    const double of_samples = 1.0 / (1.0 - gain_accuracy);
+    return of_power < of_samples ? of_samples : of_power;
+  }
   bool operator==(const SafetyLimits&) const = default;
 };
 static_assert(std::is_trivially_copyable_v<SafetyLimits>);

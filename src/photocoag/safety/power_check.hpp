@@ -1,0 +1,54 @@
+// Role: online; the supervisor's check of the power: what the device says it had in force and what
+// it emitted, next to what was written. Used by the supervisor. Rows of the fault table
+// (docs/safety.md): A1, A2; late commands: T1, T2. Units: W. Real time: noexcept, bounded,
+// allocation-free.
+#pragma once
+
+#include <cstdint>
+
+#include "photocoag/device/device.hpp"
+#include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/status.hpp"
+#include "photocoag/safety/witness.hpp"
+
+namespace photocoag {
+
+inline constexpr double kReadbackRelative = 0.2;  ///< of the power
+inline constexpr double kReadbackFloor = 2e-3;    ///< W
+inline constexpr int kReadbackOffMax = 1;         ///< in a row
+
+/// What the device says was in force, next to what should have been.
+enum class InForce : std::uint8_t { kUnknown, kAsWritten, kLate, kForeign };
+
+class PowerCheck {
+ public:
+  /// Before the others of a cycle. `command`: W, Readback::command.
+  InForce in_force(double command, const SafetyLimits& limits) const noexcept;
+  void check(const Readback& readback, InForce command, const SafetyLimits& limits,
+             SafetyLatch& latch) noexcept;
+  /// W, the best knowledge of what was emitted in the period that has ended.
+  double emitted(const Readback& readback, const SafetyLimits& limits) const noexcept;
+  /// Power that is not what was commanded is given a second period, unless the same again
+  /// overheats.
+  void check_excess(const Readback& readback, const Witness& witness, const SafetyLimits& limits,
+                    SafetyLatch& latch) const noexcept;
+  /// The period's sample lay behind: the write after it was missed.
+  void end_period(bool behind, const SafetyLimits& limits) noexcept;
+
+  void write(double power) noexcept;  ///< W, authorized for the next period
+  double written() const noexcept { return written_; }
+  /// J, written already and not emitted yet.
+  double on_its_way(const SafetyLimits& limits) const noexcept;
+
+ private:
+  bool known(const Readback& readback, const SafetyLimits& limits) const noexcept;
+  double wanted(const SafetyLimits& limits) const noexcept;
+
+  double written_ = 0.0;          // W, last power authorized
+  double written_before_ = 0.0;   // the one before
+  double written_earlier_ = 0.0;  // and the one before that
+  int readback_off_ = 0;          // in a row
+  std::int64_t unwritten_ = 0;    // so many readbacks come of a period without a write of ours
+};
+
+}  // namespace photocoag

@@ -1,0 +1,43 @@
+// Role: online; the supervisor's check of a sample: is it there, fresh, within range, moving, and
+// something that the emitted power can have caused. Used by the supervisor. Rows of the fault table
+// (docs/safety.md): M1 to M9. Units: K, ns. Real time: noexcept, bounded, allocation-free.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "photocoag/device/device.hpp"
+#include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/recent.hpp"
+#include "photocoag/safety/status.hpp"
+#include "photocoag/safety/witness.hpp"
+
+namespace photocoag {
+
+inline constexpr int kMissingMax = 2;           ///< in a row
+inline constexpr int kSaturatedMax = 1;         ///< in a row
+inline constexpr int kSameRawMax = 5;           ///< equal raw values in a row
+inline constexpr int kRejectedMax = 2;          ///< among the last 20
+inline constexpr double kRejectAt = 6.0;        ///< standard deviations
+inline constexpr double kResidualLimit = 36.0;  ///< squared: one spike is no proof of noise
+
+class SampleCheck {
+ public:
+  /// kNone: the sample may be used. Otherwise why not; counted, and stopped where it is too often.
+  SafetyReason check(const DeviceSample& sample, Witness& witness, const SafetyLimits& limits,
+                     SafetyLatch& latch) noexcept;
+
+ private:
+  void watch_noise(double residual, SafetyLatch& latch) noexcept;
+  void count(SafetyReason reason, SafetyLatch& latch) noexcept;
+
+  std::uint64_t expected_ = 0;  // least sequence number of this cycle's sample
+  std::int64_t raw_ = std::numeric_limits<std::int64_t>::min();
+  int same_raw_ = 0;
+  int missing_ = 0;
+  int saturated_ = 0;
+  RecentEvents rejected_;
+  RecentSum residuals_;  // squared, in standard deviations
+};
+
+}  // namespace photocoag
