@@ -8,6 +8,7 @@
 
 #include "estimation/test_models.hpp"
 #include "estimation/textbook_filter.hpp"
+#include "estimation/two_unknowns_model.hpp"
 #include "photocoag/estimation/ekf.hpp"
 
 namespace photocoag::testing {
@@ -56,6 +57,72 @@ TEST(Filter, MatchesTheTextbookInLongDouble) {
         ASSERT_LT(covariance_difference(filter, book), 1e-12) << "cycle " << k;
       }
     }
+  }
+}
+
+// The covariance of the next period with the whole of A, and with its diagonal alone.
+template <int U>
+void expect_same_prediction(const ReducedModel& model, const ExtendedMatrix& covariance,
+                            const ParametricMatrices& m, double power) {
+  const StateVector decay = diagonal_alone(model.A_d);
+  ASSERT_EQ(decay.size(), model.order());
+  SlopeMatrix b(model.order(), U);
+  for (int q = 0; q < U; ++q) b.col(q) = input_slope(m, q) * power;
+  ExtendedMatrix whole = covariance;
+  ExtendedMatrix diagonal = covariance;
+  predict_covariance<U>(model.A_d, {}, m.input, b, 1e-7, {1e-8, 1e-8}, whole);
+  predict_covariance<U>(model.A_d, decay, m.input, b, 1e-7, {1e-8, 1e-8}, diagonal);
+  ASSERT_EQ(whole, diagonal);
+  ASSERT_EQ(diagonal, ExtendedMatrix(diagonal.transpose()));
+}
+
+TEST(Filter, ADiagonalTransitionGivesTheBitsOfTheWholeProduct) {
+  for (const bool two : {false, true}) {
+    const ReducedModel& model = two ? model_with_beta() : model_1khz();
+    EstimatorSettings settings;
+    if (two) settings.unknowns = Unknowns::kRpeAndChoroid;
+    ExtendedKalmanFilter filter(model, settings);
+    ReducedPlant plant(model, {1.1, 1.0});
+    Draw draw(3);
+    for (int k = 0; k < 500; ++k) {
+      const double power = draw.chance(0.2) ? 0.0 : draw.between(0.0, 0.1);
+      if (two) {
+        expect_same_prediction<2>(model, filter.covariance(), filter.matrices(), power);
+      } else {
+        expect_same_prediction<1>(model, filter.covariance(), filter.matrices(), power);
+      }
+      const StateVector whole = model.A_d.lazyProduct(filter.state());
+      ASSERT_EQ(next_free_state(model.A_d, diagonal_alone(model.A_d), filter.state()), whole);
+      plant.step(power);
+      filter.predict(power);
+      filter.update(plant.outputs().volume + 0.288 * draw.normal());
+    }
+  }
+}
+
+TEST(Filter, WhatIsBesideTheDiagonalIsNeverLeftOut) {
+  StateMatrix A = model_1khz().A_d;
+  EXPECT_EQ(diagonal_alone(A).size(), 6);
+  for (const double small : {1e-300, -1e-300, kNaN}) {
+    A(4, 1) = small;
+    EXPECT_EQ(diagonal_alone(A).size(), 0) << small;
+  }
+  // And the filter of such a model has the textbook's covariance.
+  Draw draw(4);
+  ReducedModel model = model_1khz();
+  model.A_d(4, 1) = 0.05;
+  model.A_d(0, 5) = -0.03;
+  ExtendedKalmanFilter filter(model, {});
+  TextbookFilter book(model, {});
+  for (int k = 0; k < 100; ++k) {
+    const double power = draw.between(0.0, 0.1);
+    filter.predict(power);
+    book.predict(power);
+    const double sample = static_cast<double>(book.volume()) + 0.288 * draw.normal();
+    ASSERT_EQ(filter.update(sample), UpdateStatus::kUpdated);
+    book.update(sample);
+    ASSERT_LT(covariance_difference(filter, book), 1e-11) << "cycle " << k;
+    ASSERT_NEAR(filter.outputs().peak, static_cast<double>(book.peak()), 1e-10) << k;
   }
 }
 

@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "estimation/test_models.hpp"
+#include "estimation/two_unknowns_model.hpp"
 #include "photocoag/estimation/ekf.hpp"
-#include "support/tissues.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -76,18 +76,6 @@ TEST(MovingHorizon, GradientsAreDifferencesOfThePrediction) {
           << "period " << j << ", unknown " << i;
     }
   }
-}
-
-/// A model whose choroid is scaled by beta. Eye and model are the same.
-const ReducedModel& model_with_beta() {
-  static const ReducedModel model = [] {
-    const FullOrderModel full(testing::with_beta(), {.min_cells = 4000});
-    ReductionSettings settings;
-    settings.refinement = Refinement::kNone;
-    return project_model(full, reduction_space(full), settings, 1e-3,
-                         Discretization::kZeroOrderHold);
-  }();
-  return model;
 }
 
 template <typename E>

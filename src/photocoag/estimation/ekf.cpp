@@ -21,7 +21,7 @@ template <int U>
 UpdateStatus ExtendedKalmanFilter::update_as(double volume_temperature) noexcept {
   const ExtendedVector h = measurement_row<U>(matrices_, state_);
   const double noise = sample_variance();
-  const ExtendedVector ph = covariance_.lazyProduct(h);
+  const ExtendedVector ph = product(covariance_, h);
   const double variance = h.dot(ph) + noise;
   innovation_ = volume_temperature - matrices_.volume.dot(state_);
   innovation_sigma_ = std::sqrt(variance);

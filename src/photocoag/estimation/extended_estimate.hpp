@@ -45,9 +45,9 @@ class ExtendedEstimate {
   void predict_estimate(double power) noexcept {
     SlopeMatrix b(order_, U);
     for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power;
-    predict_covariance<U>(model_.A_d, matrices_.input, b, unknown_power_variance(),
+    predict_covariance<U>(model_.A_d, decay_, matrices_.input, b, unknown_power_variance(),
                           drift_variance(settings_), covariance_);
-    state_ = (model_.A_d.lazyProduct(state_) + matrices_.input * power).eval();
+    state_ = (next_free_state(model_.A_d, decay_, state_) + matrices_.input * power).eval();
   }
   /// A finite state near the largest double has no finite outputs.
   bool finite_estimate() const noexcept;
@@ -59,6 +59,7 @@ class ExtendedEstimate {
   }
 
   ReducedModel model_;
+  StateVector decay_;  // the diagonal of A_d, if that is all of it; else empty
   EstimatorSettings settings_;
   int order_;
   int unknowns_;

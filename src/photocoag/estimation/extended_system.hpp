@@ -52,38 +52,97 @@ inline void evaluate_at(const ReducedModel& model, const Parameters& p,
   }
 }
 
-/// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns.
-template <int U>
-void predict_covariance(const StateMatrix& A, const StateVector& input, const SlopeMatrix& b,
-                        double power_variance, const Parameters& drift,
-                        ExtendedMatrix& P) noexcept {
-  const int n = static_cast<int>(A.rows());
-  const StateMatrix half = A.lazyProduct(P.topLeftCorner(n, n));
-  const StateMatrix full = half.lazyProduct(A.transpose());
-  SlopeMatrix cross(n, U);
-  for (int q = 0; q < U; ++q) cross.col(q) = A.lazyProduct(P.col(n + q).head(n));
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i <= j; ++i) {
-      double symmetric = 0.5 * (full(i, j) + full(j, i));
-      for (int q = 0; q < U; ++q) {
-        symmetric = symmetric + cross(i, q) * b(j, q) + b(i, q) * cross(j, q);
-      }
-      for (int q = 0; q < U; ++q) {
-        for (int r = 0; r < U; ++r) symmetric += P(n + q, n + r) * b(i, q) * b(j, r);
-      }
-      symmetric += power_variance * input[i] * input[j];
-      P(i, j) = symmetric;
-      P(j, i) = symmetric;
+/// The diagonal of a matrix that has nothing beside it, to the last bit; else empty.
+inline StateVector diagonal_alone(const StateMatrix& A) noexcept {
+  StateVector diagonal = A.diagonal();
+  for (int j = 0; j < A.cols(); ++j) {
+    for (int i = 0; i < A.rows(); ++i) {
+      if (i != j && A(i, j) != 0.0) diagonal.resize(0);  // NaN too
+      if (diagonal.size() == 0) return diagonal;
     }
+  }
+  return diagonal;
+}
+
+/// A x. `decay`: diagonal_alone(A); the products with its zeros are left out.
+inline StateVector next_free_state(const StateMatrix& A, const StateVector& decay,
+                                   const StateVector& x) noexcept {
+  if (decay.size() == 0) return A.lazyProduct(x);
+  return decay.cwiseProduct(x);
+}
+
+/// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns. P is
+/// symmetric to the bit, and stays so. `decay`: diagonal_alone(A).
+template <int U>
+void predict_covariance(const StateMatrix& A, const StateVector& decay, const StateVector& input,
+                        const SlopeMatrix& b, double power_variance, const Parameters& drift,
+                        ExtendedMatrix& P) noexcept {
+  const int n = static_cast<int>(input.size());
+  const int stride = n + U;
+  double* p = P.data();
+  StateMatrix full;  // A P A'
+  double cross[U][kMaxOrder];
+  double input_part[kMaxOrder];
+  double slope_part[U][U][kMaxOrder];
+  const double* slope[U];
+  for (int q = 0; q < U; ++q) slope[q] = b.data() + q * n;
+  if (decay.size() == 0) {
+    const StateMatrix half = A.lazyProduct(P.topLeftCorner(n, n));
+    full = half.lazyProduct(A.transpose());
+    for (int q = 0; q < U; ++q) {
+      const StateVector column = A.lazyProduct(P.col(n + q).head(n));
+      std::copy_n(column.data(), n, cross[q]);
+    }
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i <= j; ++i) p[j * stride + i] = 0.5 * (full(i, j) + full(j, i));
+    }
+  } else {
+    const double* lambda = decay.data();
+    for (int q = 0; q < U; ++q) {
+      for (int i = 0; i < n; ++i) cross[q][i] = lambda[i] * p[(n + q) * stride + i];
+    }
+    // Both ways round, as the full product has it.
+    for (int j = 0; j < n; ++j) {
+      double* column = p + j * stride;
+      const double l = lambda[j];
+      for (int i = 0; i <= j; ++i) {
+        column[i] = 0.5 * (lambda[i] * column[i] * l + l * column[i] * lambda[i]);
+      }
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    input_part[i] = power_variance * input[i];
+    for (int q = 0; q < U; ++q) {
+      for (int r = 0; r < U; ++r) {
+        slope_part[q][r][i] = p[(n + r) * stride + n + q] * slope[q][i];
+      }
+    }
+  }
+  for (int j = 0; j < n; ++j) {
+    double* column = p + j * stride;
+    for (int i = 0; i <= j; ++i) {
+      double value = column[i];
+      for (int q = 0; q < U; ++q) {
+        value = value + cross[q][i] * slope[q][j] + slope[q][i] * cross[q][j];
+      }
+      for (int q = 0; q < U; ++q) {
+        for (int r = 0; r < U; ++r) value += slope_part[q][r][i] * slope[r][j];
+      }
+      column[i] = value + input_part[i] * input[j];
+    }
+    for (int i = 0; i < j; ++i) p[i * stride + j] = column[i];
   }
   for (int q = 0; q < U; ++q) {
     for (int i = 0; i < n; ++i) {
-      double value = cross(i, q);
-      for (int r = 0; r < U; ++r) value += b(i, r) * P(n + r, n + q);
-      P(i, n + q) = P(n + q, i) = value;
+      double value = cross[q][i];
+      for (int r = 0; r < U; ++r) value += slope[r][i] * p[(n + q) * stride + n + r];
+      cross[q][i] = value;
     }
   }
-  for (int q = 0; q < U; ++q) P(n + q, n + q) += drift[q];
+  for (int q = 0; q < U; ++q) {
+    for (int i = 0; i < n; ++i) p[(n + q) * stride + i] = p[i * stride + n + q] = cross[q][i];
+    p[(n + q) * stride + n + q] += drift[q];
+  }
 }
 
 /// H = [C, C'_q x].
@@ -96,19 +155,42 @@ ExtendedVector measurement_row(const ParametricMatrices& m, const StateVector& x
   return h;
 }
 
+/// P H'.
+inline ExtendedVector product(const ExtendedMatrix& P, const ExtendedVector& h) noexcept {
+  const int size = static_cast<int>(h.size());
+  ExtendedVector out = ExtendedVector::Zero(size);
+  double sum[kMaxExtended] = {};
+  for (int j = 0; j < size; ++j) {
+    const double* column = P.data() + j * size;
+    for (int i = 0; i < size; ++i) sum[i] += column[i] * h[j];
+  }
+  std::copy_n(sum, size, out.data());
+  return out;
+}
+
 /// P <- (I - K H) P (I - K H)' + K noise K' as two rank-one steps: T = (I - K H) P, then
-/// P = T (I - K H)' + K noise K'. `ph` = P H'.
+/// P = T (I - K H)' + K noise K'. `ph` = P H'. P is symmetric to the bit, and stays so.
 inline void update_covariance(const ExtendedVector& h, const ExtendedVector& ph,
                               const ExtendedVector& gain, double noise,
                               ExtendedMatrix& P) noexcept {
-  const ExtendedMatrix left = P - gain.lazyProduct(ph.transpose());
-  const ExtendedVector left_h = left.lazyProduct(h);
-  for (int j = 0; j < h.size(); ++j) {
+  const int size = static_cast<int>(h.size());
+  double* p = P.data();
+  const double* k = gain.data();
+  double left_h[kMaxExtended] = {};  // T H'
+  double noise_gain[kMaxExtended];
+  for (int j = 0; j < size; ++j) {
+    const double* column = p + j * size;
+    for (int i = 0; i < size; ++i) left_h[i] += (column[i] - k[i] * ph[j]) * h[j];
+  }
+  for (int i = 0; i < size; ++i) noise_gain[i] = noise * k[i];
+  for (int j = 0; j < size; ++j) {
+    double* column = p + j * size;
     for (int i = 0; i <= j; ++i) {
-      const double upper = left(i, j) - left_h[i] * gain[j];
-      const double lower = left(j, i) - left_h[j] * gain[i];
-      P(i, j) = P(j, i) = 0.5 * (upper + lower) + noise * gain[i] * gain[j];
+      const double upper = column[i] - k[i] * ph[j] - left_h[i] * k[j];
+      const double lower = column[i] - k[j] * ph[i] - left_h[j] * k[i];
+      column[i] = 0.5 * (upper + lower) + noise_gain[i] * k[j];
     }
+    for (int i = 0; i < j; ++i) p[i * size + j] = column[i];
   }
 }
 

@@ -68,11 +68,10 @@ void MovingHorizonEstimator::absorb_oldest() noexcept {
   SlopeMatrix b(n, U);
   for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power_[0];
   const StateVector reached = model_.A_d.lazyProduct(start_state_) + matrices_.input * u;
-  StateVector mean =
-      model_.A_d.lazyProduct(prior_mean_.head(n)) + matrices_.input * power_[0];
+  StateVector mean = model_.A_d.lazyProduct(prior_mean_.head(n)) + matrices_.input * power_[0];
   for (int q = 0; q < U; ++q) mean += b.col(q) * (prior_mean_[n + q] - parameters_[q]);
   prior_mean_.head(n) = mean;
-  predict_covariance<U>(model_.A_d, matrices_.input, b, unknown_power_variance(),
+  predict_covariance<U>(model_.A_d, decay_, matrices_.input, b, unknown_power_variance(),
                         drift_variance(settings_), prior_covariance_);
   if (!std::isnan(sample_[0])) {
     const double noise = sample_variance();
@@ -151,7 +150,8 @@ void MovingHorizonEstimator::linearize(Linearization& at) const noexcept {
     const double u = power_[j] + unknown_power_[j];
     x = (model_.A_d.lazyProduct(x) + matrices_.input * u).eval();
     at.end_slope = (model_.A_d.lazyProduct(at.end_slope)).eval();
-    for (int q = 0; q < unknowns_; ++q) at.end_slope.col(q) += input_slope(matrices_, q) * power_[j];
+    for (int q = 0; q < unknowns_; ++q)
+      at.end_slope.col(q) += input_slope(matrices_, q) * power_[j];
     if (std::isnan(sample_[j])) continue;
     const int r = at.rows++;
     at.period[r] = j;
@@ -289,8 +289,7 @@ void MovingHorizonEstimator::finish(const Linearization& at) noexcept {
       for (int d = 0; d < n; ++d) covariance_(d, c) += power_variance * reached[d] * reached[c];
     }
     for (int r = rows - 1; r >= 0 && at.period[r] >= i; --r) {
-      cross.row(r).head(n) +=
-          power_variance * at.impulse[at.period[r] - i] * reached.transpose();
+      cross.row(r).head(n) += power_variance * at.impulse[at.period[r] - i] * reached.transpose();
     }
     reached = (model_.A_d.lazyProduct(reached)).eval();
   }
@@ -326,8 +325,7 @@ ExtendedVector MovingHorizonEstimator::measurement_gradient(int j) const noexcep
   return ExtendedVector::Zero(order_ + unknowns_);
 }
 
-double MovingHorizonEstimator::predicted_volume(const ExtendedVector& start,
-                                                int j) const noexcept {
+double MovingHorizonEstimator::predicted_volume(const ExtendedVector& start, int j) const noexcept {
   Parameters p = parameters_;
   for (int q = 0; q < unknowns_; ++q) p[q] = start[order_ + q];
   ParametricMatrices matrices;

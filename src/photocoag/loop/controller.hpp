@@ -90,14 +90,7 @@ class BasicController {
   /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
   /// a reported power that is not finite is replaced by the command.
   Estimate observe(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
-    const double power =
-        std::isfinite(sample.applied_power) ? sample.applied_power : previous_power_;
-    previous_power_ = power;
-    ++cycle_;  // periods, not solves: a period that the controller missed counts
-    filter_.predict(power);
-    if (robust_) robust_->observe(power);
-    const UpdateStatus status = filter_.update(sample.volume_temperature);
-    return estimate(status);
+    return estimate(take_in(sample));
   }
 
   /// The power of the coming period. The first may be given (control.first_power), whatever the
@@ -129,7 +122,7 @@ class BasicController {
 
   /// observe and decide: sample in, power out.
   Decision step(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
-    observe(sample);
+    take_in(sample);
     return decide();
   }
 
@@ -146,6 +139,16 @@ class BasicController {
   const Filter& filter() const noexcept { return filter_; }
 
  private:
+  UpdateStatus take_in(const Sample& sample) noexcept {
+    const double power =
+        std::isfinite(sample.applied_power) ? sample.applied_power : previous_power_;
+    previous_power_ = power;
+    ++cycle_;  // periods, not solves: a period that the controller missed counts
+    filter_.predict(power);
+    if (robust_) robust_->observe(power);
+    return filter_.update(sample.volume_temperature);
+  }
+
   // The gentle start: for a time, or until the next peak is known well enough.
   struct Identification {
     long long cycles = 0;

@@ -17,20 +17,33 @@ double ErrorReport::volume_max() const noexcept {
 void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) const noexcept {
   if (parameters != 1) return evaluate(absorption_factor, 1.0, out);
   const int n = order();
+  const int terms = theta.terms;
   out.input.setZero(n);
   out.input_slope.setZero(n);
-  out.volume.setZero(n);
-  out.volume_slope.setZero(n);
+  out.volume.resize(n);
+  out.volume_slope.resize(n);
   TermVector value;
   TermVector slope;
   theta.evaluate(absorption_factor, value, slope);
-  for (int j = 0; j < theta.terms; ++j) {
-    for (int i = 0; i < n; ++i) {
-      out.input[i] += value[j] * B_d(i, j);
-      out.input_slope[i] += slope[j] * B_d(i, j);
-      out.volume[i] += value[j] * C_volume(j, i);
-      out.volume_slope[i] += slope[j] * C_volume(j, i);
+  double input[even(kMaxOrder)] = {};
+  double input_slope[even(kMaxOrder)] = {};
+  for (int j = 0; j < terms; ++j) {
+    const double* column = B_d.data() + j * n;
+    for (int i = 0; i < n; ++i) input[i] += value[j] * column[i];
+    for (int i = 0; i < n; ++i) input_slope[i] += slope[j] * column[i];
+  }
+  for (int i = 0; i < n; ++i) {
+    const double* column = C_volume.data() + i * terms;
+    double volume = 0.0;
+    double volume_slope = 0.0;
+    for (int j = 0; j < terms; ++j) {
+      volume += value[j] * column[j];
+      volume_slope += slope[j] * column[j];
     }
+    out.input[i] = input[i];
+    out.input_slope[i] = input_slope[i];
+    out.volume[i] = volume;
+    out.volume_slope[i] = volume_slope;
   }
   if (volume_normalized) {
     // (C / s)' = (C' - C s' / s) / s
