@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <string_view>
 #include <utility>
 
@@ -73,14 +74,21 @@ class ModelPredictiveController {
                   const LimitTightening* tightening = nullptr) noexcept PHOTOCOAG_NONBLOCKING {
     MpcResult result;
     result.power_reference = ocp_.steady_power(input, cycle);
-    ocp_.condense({.state = state,
-                   .input = input,
-                   .cycle = cycle,
-                   .power_reference = result.power_reference,
-                   .previous_power = cycle == 0 ? result.power_reference : previous_power,
-                   .tightening = tightening},
-                  problem_);
-    result.solver_status = solver_.solve(problem_, solution_);
+    assembled_ = {cycle, result.power_reference,
+                  cycle == 0 ? result.power_reference : previous_power, false};
+    ocp_.respond({.state = state, .input = input, .cycle = cycle, .tightening = tightening});
+    // Exact where nothing binds: `dense` would start at the same plan and change nothing. Another
+    // solver is there by choice, and is asked.
+    if constexpr (std::same_as<Solver, DenseSolver>) {
+      if (ocp_.deadbeat_is_optimal() && take_deadbeat()) {
+        result.solver_status = QpStatus::kSolved;
+        result.kkt_residual = solution_.kkt_residual;
+        result.status = ocp_.limit_relaxed() ? MpcStatus::kRelaxed : MpcStatus::kSolved;
+        result.power = solution_.power[0] * ocp_.power_max();
+        return result;
+      }
+    }
+    result.solver_status = solver_.solve(problem(), solution_);
     result.iterations = solution_.iterations;
     result.kkt_residual = solution_.kkt_residual;
     // Never read the solution before its status.
@@ -98,16 +106,46 @@ class ModelPredictiveController {
   }
 
   const OptimalControlProblem& ocp() const noexcept { return ocp_; }
-  const QpProblem& problem() const noexcept { return problem_; }
+  /// The quadratic program of the last solve(), written when somebody asks.
+  const QpProblem& problem() const noexcept {
+    if (!assembled_.done) {
+      assembled_.done = true;
+      ocp_.assemble(assembled_.cycle, assembled_.power_reference, assembled_.previous_power,
+                    problem_);
+    }
+    return problem_;
+  }
   const QpSolution& solution() const noexcept { return solution_; }
 
  protected:
   Solver& solver() noexcept { return solver_; }
 
  private:
+  struct Assembled {
+    long long cycle = 0;
+    double power_reference = 0.0;
+    double previous_power = 0.0;
+    bool done = true;
+  };
+
+  // The plan that meets the reference at every stage, if it is the minimizer by its check.
+  bool take_deadbeat() noexcept {
+    const PlanData data = ocp_.plan_data();
+    solution_.power.resize(data.stages);
+    if (!meet_reference(data, solution_.power.data())) return false;
+    solution_.kkt_residual = deadbeat_residual(data, solution_.power.data());
+    if (!(solution_.kkt_residual <= kDeadbeatResidual)) return false;
+    solution_.bound_multiplier.setZero(data.stages);
+    solution_.row_multiplier.setZero(data.stages);
+    solution_.status = QpStatus::kSolved;
+    solution_.iterations = 0;
+    return true;
+  }
+
   OptimalControlProblem ocp_;
   Solver solver_;
-  QpProblem problem_;
+  mutable Assembled assembled_;
+  mutable QpProblem problem_;
   QpSolution solution_;
 };
 

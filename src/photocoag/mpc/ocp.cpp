@@ -39,6 +39,7 @@ OptimalControlProblem::OptimalControlProblem(const ReducedModel& model,
   limit_.setZero(inputs());
   limit_impulse_.setZero(inputs());
   limit_free_.setZero(inputs());
+  reference_.setZero(inputs());
 }
 
 double OptimalControlProblem::steady_power(const StateVector& input,
@@ -54,22 +55,41 @@ double OptimalControlProblem::reference_at(long long cycle) const noexcept {
 void OptimalControlProblem::respond(const OcpData& data) noexcept {
   const int n = inputs();
   const double least_power = settings_.power_min / settings_.power_max;
-  for (int i = 0; i < n; ++i) {
-    impulse_[i] = peak_powers_.row(i).dot(data.input) * settings_.power_max;
-    limit_impulse_[i] = impulse_[i];
-    if (data.tightening != nullptr) {
-      limit_impulse_[i] = peak_powers_.row(i).dot(data.tightening->input) * settings_.power_max +
-                          data.tightening->impulse[i];
+  const double scale = settings_.power_max;
+  tightened_ = data.tightening != nullptr;
+  // A column of peak_powers_ after the other: each sum runs over the states in their order.
+  const auto times_powers = [this, n](int first, const StateVector& x, InputVector& out) {
+    double sum[even(kMaxInputs)];
+    std::fill_n(sum, n, 0.0);
+    const double* column = peak_powers_.data() + first;
+    for (int s = 0; s < static_cast<int>(x.size()); ++s, column += n + 1) {
+      const double value = x[s];
+      for (int i = 0; i < n; ++i) sum[i] += column[i] * value;
+    }
+    std::copy_n(sum, n, out.data());
+  };
+  times_powers(0, data.input, impulse_);
+  for (int i = 0; i < n; ++i) impulse_[i] *= scale;
+  times_powers(1, data.state, free_);
+  limit_impulse_ = impulse_;
+  limit_free_ = free_;
+  if (tightened_) {
+    times_powers(0, data.tightening->input, limit_impulse_);
+    for (int i = 0; i < n; ++i) {
+      limit_impulse_[i] = limit_impulse_[i] * scale + data.tightening->impulse[i];
+      limit_free_[i] = free_[i] + data.tightening->free[i];
     }
   }
+  const bool constant = settings_.shares.empty();
+  const bool held = constant && settings_.reference_times.empty();
   double least_sum = 0.0;
   limit_relaxed_ = false;
   for (int k = 0; k < n; ++k) {
-    free_[k] = peak_powers_.row(k + 1).dot(data.state);
-    limit_free_[k] = free_[k] + (data.tightening != nullptr ? data.tightening->free[k] : 0.0);
     least_sum += limit_impulse_[k];
     least_[k] = limit_free_[k] + least_sum * least_power;
-    const double limit = settings_.share_at(data.cycle + k + 1) * settings_.peak_max;
+    const double limit =
+        constant ? settings_.peak_max : settings_.share_at(data.cycle + k + 1) * settings_.peak_max;
+    reference_[k] = held ? settings_.peak_reference : reference_at(data.cycle + k + 1);
     const bool relaxed = least_[k] > limit;
     limit_relaxed_ = limit_relaxed_ || relaxed;
     // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
@@ -79,13 +99,18 @@ void OptimalControlProblem::respond(const OcpData& data) noexcept {
 }
 
 void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
+  respond(data);
+  assemble(data.cycle, data.power_reference, data.previous_power, problem);
+}
+
+void OptimalControlProblem::assemble(long long cycle, double power_reference, double previous_power,
+                                     QpProblem& problem) const noexcept {
   const int n = inputs();
   const double scale = settings_.power_max;
   problem.resize(n, n);
   problem.lower.setConstant(settings_.power_min / scale);
   problem.upper.setConstant(1.0);
 
-  respond(data);
   for (int k = 0; k < n; ++k) {
     problem.limit[k] = limit_[k] - limit_free_[k];
     for (int j = 0; j < n; ++j) problem.rows(k, j) = j <= k ? limit_impulse_[k - j] : 0.0;
@@ -97,7 +122,7 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
   double weight[even(kMaxInputs)];
   bool all_one = true;
   for (int k = 0; k < n; ++k) {
-    weight[k] = state_weight(settings_.state_weight, data.cycle + k + 1);
+    weight[k] = state_weight(settings_.state_weight, cycle + k + 1);
     all_one = all_one && weight[k] == 1.0;
   }
   for (int d = 0; d < n; ++d) {
@@ -112,23 +137,21 @@ void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) no
       problem.hessian(j - d, j) = problem.hessian(j, j - d) = 2.0 * sum;
     }
   }
-  double reference[even(kMaxInputs)];
-  for (int k = 0; k < n; ++k) reference[k] = reference_at(data.cycle + k + 1);
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
   for (int j = 0; j < n; ++j) {
     double gradient = 0.0;
     for (int k = j; k < n; ++k) {
-      gradient += weight[k] * impulse_[k - j] * (free_[k] - reference[k]);
+      gradient += weight[k] * impulse_[k - j] * (free_[k] - reference_[k]);
     }
-    problem.gradient[j] = 2.0 * (gradient - r1 * data.power_reference / scale);
+    problem.gradient[j] = 2.0 * (gradient - r1 * power_reference / scale);
     problem.hessian(j, j) += 2.0 * (r1 + (j + 1 < n ? 2.0 * r2 : r2));
     if (j > 0) {
       problem.hessian(j - 1, j) -= 2.0 * r2;
       problem.hessian(j, j - 1) -= 2.0 * r2;
     }
   }
-  problem.gradient[0] -= 2.0 * r2 * data.previous_power / scale;
+  problem.gradient[0] -= 2.0 * r2 * previous_power / scale;
 }
 
 }  // namespace photocoag

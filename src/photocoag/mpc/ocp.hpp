@@ -7,6 +7,7 @@
 #pragma once
 
 #include "photocoag/core/types.hpp"
+#include "photocoag/mpc/deadbeat.hpp"
 #include "photocoag/mpc/settings.hpp"
 #include "photocoag/qp/problem.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -46,11 +47,35 @@ class OptimalControlProblem {
   /// Throws Error on bad settings or a model for another period.
   OptimalControlProblem(const ReducedModel& model, const ControlSettings& settings);
 
-  /// The quadratic program in v = u / u_max (dimensionless; costs in K2).
+  /// The quadratic program in v = u / u_max (dimensionless; costs in K2): respond() and assemble().
   void condense(const OcpData& data, QpProblem& problem) noexcept;
 
-  /// The first part of condense(): the outputs without inputs and the limits of all stages.
+  /// The outputs without inputs, the impulse responses, references and limits of all stages.
   void respond(const OcpData& data) noexcept;
+
+  /// The quadratic program of the last respond(); of `data` state, input and tightening are not
+  /// looked at again.
+  void assemble(long long cycle, double power_reference, double previous_power,
+                QpProblem& problem) const noexcept;
+
+  /// True if a plan that meets the reference at every stage is the minimizer wherever it is inside
+  /// of the box and the limits: R1 = R2 = 0, and R0 = 1.
+  bool deadbeat_is_optimal() const noexcept {
+    return settings_.power_weight == 0.0 && settings_.power_change_weight == 0.0 &&
+           settings_.state_weight == StateWeight::kConstant;
+  }
+  /// The last respond() for deadbeat.hpp; v = u / u_max. Valid as long as this object is.
+  PlanData plan_data() const noexcept {
+    return {.stages = inputs(),
+            .impulse = impulse_.data(),
+            .free = free_.data(),
+            .reference = reference_.data(),
+            .limit_impulse = tightened_ ? limit_impulse_.data() : impulse_.data(),
+            .limit_free = limit_free_.data(),
+            .limit = limit_.data(),
+            .lower = settings_.power_min / settings_.power_max,
+            .upper = 1.0};
+  }
 
   /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds cycle n's reference for ever.
   double steady_power(const StateVector& input, long long cycle = 0) const noexcept;
@@ -76,9 +101,11 @@ class OptimalControlProblem {
   InputVector impulse_;                                // h_0 … h_{N-2} times u_max
   InputVector limit_impulse_;                          // the same in the limit's rows
   InputVector limit_free_;                             // and f_1 … f_{N-1}
+  InputVector reference_;                              // y_ref of y_1 … y_{N-1}, K
   InputVector least_;                                  // y_1 … y_{N-1} at u = u_min
   InputVector limit_;                                  // of y_1 … y_{N-1}, K
   bool limit_relaxed_ = false;
+  bool tightened_ = false;  // the rows differ from the outputs
 };
 
 }  // namespace photocoag

@@ -1,0 +1,39 @@
+// Role: online; the plan that meets the reference at every stage, and its check. Used by mpc, where
+// such a plan is the minimizer: R1 = R2 = 0 and nothing binds (98 % of cycles). Source:
+// docs/equations.md (E30). Units: u by u_max, temperatures in K. Real time: noexcept, bounded by
+// O(N^2), no allocation; sums in an order that depends on the number of stages only.
+#pragma once
+
+#include "photocoag/core/types.hpp"
+
+namespace photocoag {
+
+/// Stages 0 … stages - 1 of the powers, and of the outputs one period later:
+///   peak_k = free_k + sum_(j <= k) impulse_(k-j) u_j, and the same with limit_ for the rows.
+struct PlanData {
+  int stages = 0;
+  const double* impulse = nullptr;        ///< h
+  const double* free = nullptr;           ///< f
+  const double* reference = nullptr;      ///< of the outputs
+  const double* limit_impulse = nullptr;  ///< h of the rows; may be `impulse`
+  const double* limit_free = nullptr;     ///< f of the rows
+  const double* limit = nullptr;          ///< of the rows' outputs
+  double lower = 0.0;                     ///< of every u, not negative
+  double upper = 1.0;
+};
+
+/// G u = reference - f by forward substitution. False, with `u` undefined, as soon as a power is
+/// outside of the box or not finite: then something binds.
+bool meet_reference(const PlanData& data, double* u) noexcept;
+
+/// How far `u`, wherever it is from, is from being the minimizer of sum_k (peak_k - reference_k)^2
+/// in the box and below the limits with nothing active: the largest |peak - reference|_k over
+/// (G u)_k, which bounds `stationarity` of qp/kkt.hpp from above, since the impulse responses are
+/// not negative. Infinity if a power or a row is outside by anything at all, if an impulse response
+/// is negative or if something is not finite.
+double deadbeat_residual(const PlanData& data, const double* u) noexcept;
+
+/// What deadbeat_residual() must not exceed; 1e-15 is usual.
+inline constexpr double kDeadbeatResidual = 1e-13;
+
+}  // namespace photocoag
