@@ -244,7 +244,7 @@ TEST(Commands, BenchQpComparesEverySolverOnTheSameProblems) {
       "bench qp --repetitions 1 --json rows.json --svg figure.svg --export problems.json");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(read_all(sandbox.path("rows.json")));
-  const std::size_t contenders = PHOTOCOAG_HAS_OSQP ? 9 : 2;
+  const std::size_t contenders = PHOTOCOAG_HAS_OSQP ? 10 : 3;
   EXPECT_EQ(json["rows"].size(), 5 * contenders);
   for (const Json& row : json["rows"]) {
     EXPECT_GT(row["median_us"].get<double>(), 0.0);

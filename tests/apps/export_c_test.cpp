@@ -33,7 +33,7 @@ TEST(ExportC, RefusesByKeyBeforeItComputes) {
       {"--set estimator.kind=mhe", "estimator.kind"},
       {"--set control.solver=osqp-condensed", "control.solver"},
       {"--set photoacoustics.sampling=pulses", "photoacoustics.sampling"},
-      {"--config " PHOTOCOAG_SOURCE_DIR "/configs/uncertain-eye.toml", "estimator.kind"},
+      {"--config " PHOTOCOAG_SOURCE_DIR "/configs/two-unknowns.toml", "estimator.unknowns"},
       {"--prefix 1", "--prefix"},
   };
   for (const auto& [options, key] : refused) {
