@@ -1,5 +1,5 @@
 // Role: online; the plan that meets the reference at every stage, and its check. Used by mpc, where
-// such a plan is the minimizer: R1 = R2 = 0 and nothing binds (98 % of cycles). Source:
+// such a plan is the minimizer: R1 = R2 = 0 and nothing binds (most cycles). Source:
 // docs/equations.md (E30). Units: u by u_max, temperatures in K. Real time: noexcept, bounded by
 // O(N^2), no allocation; sums in an order that depends on the number of stages only.
 #pragma once

@@ -29,17 +29,17 @@ class SafetyLatch {
     status.last_detection = reason;
   }
   /// Noticed, and the state left: SAFE_STOP keeps its first reason, DONE gives way to SAFE_STOP
-  /// alone. `no_light_by_hardware`: 0 W by software alone is not trusted.
-  void stop(SafetyState state, SafetyReason reason, bool no_light_by_hardware = false) noexcept {
+  /// alone. `by_interlock`: 0 W by software alone is not trusted.
+  void stop(SafetyState state, SafetyReason reason, bool by_interlock = false) noexcept {
     notice(reason);
-    open_interlock = open_interlock || no_light_by_hardware;
+    open_interlock = open_interlock || by_interlock;
     if (status.state == SafetyState::kSafeStop) return;
     if (status.state == SafetyState::kDone && state != SafetyState::kSafeStop) return;
     status.state = state;
     status.reason = reason;
   }
-  void safe_stop(SafetyReason reason, bool no_light_by_hardware = false) noexcept {
-    stop(SafetyState::kSafeStop, reason, no_light_by_hardware);
+  void safe_stop(SafetyReason reason, bool by_interlock = false) noexcept {
+    stop(SafetyState::kSafeStop, reason, by_interlock);
   }
 
   SafetyStatus status;
