@@ -58,13 +58,13 @@ struct ExportCOptions : CommonOptions {
 };
 
 struct CertifyCommandOptions : CommonOptions {
-  std::string absorption;     ///< "low,high"; empty: the estimator's bounds
-  std::string choroid;        ///< the same of beta
-  std::string free;           ///< K
-  std::string previous;       ///< W; empty: the configured powers
+  std::string absorption;      ///< "low,high"; empty: the estimator's bounds
+  std::string choroid;         ///< the same of beta
+  std::string free;            ///< K
+  std::string previous;        ///< W; empty: the configured powers
   std::size_t boxes = 20'000;  ///< most to look at
-  std::string out;            ///< model file with the proof in it; may be empty
-  bool again = false;         ///< even if the model file has a proof
+  std::string out;             ///< model file with the proof in it; may be empty
+  bool again = false;          ///< even if the model file has a proof
   bool json = false;
 };
 

@@ -8,8 +8,8 @@
 
 namespace photocoag {
 
-/// Says which program it is and what of the session's file has no effect. Throws Error if there is no
-/// `out`, the folder in which a session that is interrupted continues.
+/// Says which program it is and what of the session's file has no effect. Throws Error if there is
+/// no `out`, the folder in which a session that is interrupted continues.
 void begin_session(const std::filesystem::path& out, const Session& session);
 
 /// Writes the session's own files and says what it came to; the exit code (docs/sessions.md).

@@ -134,8 +134,7 @@ int compare_estimators(const EstimationOptions& options) {
   const std::filesystem::path folder = options.out;
   const Figure drawing = figure(all, period);
   write_file((folder / "unknowns.csv").string(), csv(all, period));
-  write_file((folder / "unknowns.svg").string(),
-             figure_svg(drawing, SvgKind::kStandAlone));
+  write_file((folder / "unknowns.svg").string(), figure_svg(drawing, SvgKind::kStandAlone));
   say("written   {0}/unknowns.csv, {0}/unknowns.svg\n", options.out);
   return 0;
 }

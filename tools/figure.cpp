@@ -33,8 +33,7 @@ std::string draw(const std::filesystem::path& folder, double to_ms) {
       parse_run_summary(read_file(name("summary.json"), kMaxBytes), name("summary.json"));
   if (log.empty()) throw Error(ErrorParts{.where = name("run.csv"), .problem = "no cycles"});
 
-  std::vector<Figure> parts =
-      run_figures(log, summary, config, {.from_ms = 0.0, .to_ms = to_ms});
+  std::vector<Figure> parts = run_figures(log, summary, config, {.from_ms = 0.0, .to_ms = to_ms});
   Figure figure = std::move(parts.front());
   for (std::size_t i = 1; i < parts.size(); ++i) {
     figure.description += " " + parts[i].description;

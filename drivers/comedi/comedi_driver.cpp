@@ -1,7 +1,7 @@
-// Role: online; a laser and its temperature signal behind a data acquisition card that Comedi knows,
-// as a driver of photocoag (device/driver.h). Compiled against libcomedi 0.11 and tested with a
-// stand-in for it (tests/comedi): UNTRIED ON HARDWARE. Research software, not a medical device.
-// Source: docs/devices.md, the interface comedilib.h. Units: V at the card, SI outside.
+// Role: online; a laser and its temperature signal behind a data acquisition card that Comedi
+// knows, as a driver of photocoag (device/driver.h). Compiled against libcomedi 0.11 and tested
+// with a stand-in for it (tests/comedi): UNTRIED ON HARDWARE. Research software, not a medical
+// device. Source: docs/devices.md, the interface comedilib.h. Units: V at the card, SI outside.
 // Real time: after arm no allocation; every call is one synchronous instruction of the kernel's
 // driver, which Comedi does not bound in time. Comedi has no watchdog: bit `alive` changes with
 // every new token, and a circuit outside must open the laser's interlock if it stops changing.
@@ -47,13 +47,13 @@ struct Channel {
 
 struct Settings {
   char file[256] = "/dev/comedi0";
-  double ai = 0, ao = 1, dio = 2;                    // subdevices
-  double temperature = 0, monitor = 1;               // channels of ai
-  double power = 0;                                  // channel of ao
-  double interlock = 0, shutter = 1, foot = 2;       // bits of dio, 1: closed, open, pressed
-  double relay = 3, alive = 4;                       // bits of dio, outputs
+  double ai = 0, ao = 1, dio = 2;               // subdevices
+  double temperature = 0, monitor = 1;          // channels of ai
+  double power = 0;                             // channel of ao
+  double interlock = 0, shutter = 1, foot = 2;  // bits of dio, 1: closed, open, pressed
+  double relay = 3, alive = 4;                  // bits of dio, outputs
   double K_per_V = 0, W_per_V = 0, monitor_W_per_V = 0;
-  double zero_V = 0;                                 // of the temperature signal
+  double zero_V = 0;  // of the temperature signal
 };
 
 struct Comedi {
@@ -238,7 +238,8 @@ std::int32_t readback(void* device, photocoag_readback* answer) {
   if (!get_code(c, c.monitor, code)) return PHOTOCOAG_GONE;
   answer->power =
       comedi_to_phys(code, c.monitor.volts, c.monitor.largest) * c.settings.monitor_W_per_V;
-  answer->command = std::numeric_limits<double>::quiet_NaN();  // nobody knows when a card put it out
+  answer->command =
+      std::numeric_limits<double>::quiet_NaN();  // nobody knows when a card put it out
   answer->interlock_closed = read_bit(c, c.settings.interlock) ? 1 : 0;
   answer->shutter_open = read_bit(c, c.settings.shutter) ? 1 : 0;
   answer->foot_switch = read_bit(c, c.settings.foot) ? 1 : 0;

@@ -1,4 +1,5 @@
-// Heats one spot with constant power and prints the temperature rises. Research software, not a medical device.
+// Heats one spot with constant power and prints the temperature rises. Research software, not a
+// medical device.
 #include <cstdio>
 #include <memory>
 #include <photocoag/fom/stepper.hpp>

@@ -1,4 +1,5 @@
-// A tissue of one's own: layers in the order in which the light meets them. Research software, not a medical device.
+// A tissue of one's own: layers in the order in which the light meets them. Research software, not
+// a medical device.
 #include <cstdio>
 #include <memory>
 #include <photocoag/core/error.hpp>
@@ -20,7 +21,8 @@ int main() try {
   for (const double absorption : {0.5, 1.0, 1.5}) {
     FullOrderPlant eye(model, Discretization::kZeroOrderHold, 0.1, absorption);
     eye.step(0.02);  // one step of 0.1 s: exact for constant power
-    std::printf("absorption factor %.1f: peak %.3f K after 0.1 s\n", absorption, eye.outputs().peak);
+    std::printf("absorption factor %.1f: peak %.3f K after 0.1 s\n", absorption,
+                eye.outputs().peak);
   }
 } catch (const photocoag::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -1,5 +1,5 @@
-// Reduces the full-order model, prints the measured error and writes the model file. Research software, not a
-// medical device.
+// Reduces the full-order model, prints the measured error and writes the model file. Research
+// software, not a medical device.
 #include <cstdio>
 #include <memory>
 #include <photocoag/core/error.hpp>

@@ -1,5 +1,5 @@
-// One closed-loop treatment of a simulated eye in virtual time, as `photocoag simulate`. Research software, not a
-// medical device.
+// One closed-loop treatment of a simulated eye in virtual time, as `photocoag simulate`. Research
+// software, not a medical device.
 #include <atomic>
 #include <cstdio>
 #include <photocoag/core/error.hpp>
@@ -18,7 +18,8 @@ int main(int argc, char** argv) try {
               numbers.peak_true_max, numbers.limit);
   for (const CycleRecord& cycle : treatment.records) {
     if (cycle.cycle % 50 == 0) {
-      std::printf("%6.1f ms  %6.2f mW  %6.2f K\n", cycle.time * 1e3, cycle.power * 1e3, cycle.truth.peak);
+      std::printf("%6.1f ms  %6.2f mW  %6.2f K\n", cycle.time * 1e3, cycle.power * 1e3,
+                  cycle.truth.peak);
     }
   }
 } catch (const photocoag::Error& error) {

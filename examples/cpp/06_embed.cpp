@@ -1,5 +1,6 @@
-// The controller inside a program of one's own: sample in, power out, nothing allocated in between. Here a model
-// file's own tissue plays the eye; examples/embed reads samples instead. Research software, not a medical device.
+// The controller inside a program of one's own: sample in, power out, nothing allocated in between.
+// Here a model file's own tissue plays the eye; examples/embed reads samples instead. Research
+// software, not a medical device.
 #include <cstdio>
 #include <photocoag/core/error.hpp>
 #include <photocoag/loop/controller.hpp>
@@ -20,7 +21,8 @@ int main(int argc, char** argv) try {
     peak = now.peak > peak ? now.peak : peak;
     power = controller.step({.volume_temperature = now.volume, .applied_power = power}).power;
   }
-  std::printf("peak at most %.2f K, now %.2f K at %.2f mW\n", peak, eye.outputs().peak, power * 1e3);
+  std::printf("peak at most %.2f K, now %.2f K at %.2f mW\n", peak, eye.outputs().peak,
+              power * 1e3);
 } catch (const photocoag::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());
   return 2;

@@ -1,12 +1,13 @@
-// Runs the controller on measured samples: one volume temperature, K, per line on standard input; prints the
-// laser power, W, for the next period. Research software, not a medical device.
+// Runs the controller on measured samples: one volume temperature, K, per line on standard input;
+// prints the laser power, W, for the next period. Research software, not a medical device.
 #include <cstdio>
 #include <photocoag/core/error.hpp>
 #include <photocoag/loop/controller.hpp>
 #include <photocoag/rom/file.hpp>
 
 int main(int argc, char** argv) try {
-  const photocoag::ReducedModel model = photocoag::load_reduced_model(argc > 1 ? argv[1] : "model.json");
+  const photocoag::ReducedModel model =
+      photocoag::load_reduced_model(argc > 1 ? argv[1] : "model.json");
   photocoag::ControlSettings control;  // defaults: 30 K, limit 32 K, at most 0.1 W
   control.period = model.period;
   photocoag::Controller controller(model, control, photocoag::EstimatorSettings{});

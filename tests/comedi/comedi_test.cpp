@@ -105,10 +105,12 @@ TEST(ComediDriver, AVanishedCardIsGone) {
 TEST(ComediDriver, BadSettingsAreRefusedByName) {
   for (const auto& [settings, word] :
        {std::pair{"file=/dev/fake", "K_per_V"},
-        std::pair{"file=/dev/fake K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02 colour=red", "colour"},
+        std::pair{"file=/dev/fake K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02 colour=red",
+                  "colour"},
         std::pair{"file=/dev/fake K_per_V=nan W_per_V=0.02 monitor_W_per_V=0.02", "K_per_V"},
         std::pair{"file=/dev/absent K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02", "/dev/absent"},
-        std::pair{"file=/dev/fake K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02 power=7", "power"}}) {
+        std::pair{"file=/dev/fake K_per_V=10 W_per_V=0.02 monitor_W_per_V=0.02 power=7",
+                  "power"}}) {
     const Driver d(settings);
     EXPECT_NE(d.status, PHOTOCOAG_GOOD) << settings;
     EXPECT_NE(d.said.find(word), std::string::npos) << d.said;
@@ -119,9 +121,8 @@ TEST(ComediDriver, BadSettingsAreRefusedByName) {
 // The module as it is shipped, with the real library: it loads, and no card is there.
 TEST(ComediDriver, TheRealLibraryIsLoadedAndFindsNoCard) {
   try {
-    const DriverDevice device(PHOTOCOAG_COMEDI,
-                              "file=/nonexistent/comedi K_per_V=1 W_per_V=1 monitor_W_per_V=1",
-                              1e-3);
+    const DriverDevice device(
+        PHOTOCOAG_COMEDI, "file=/nonexistent/comedi K_per_V=1 W_per_V=1 monitor_W_per_V=1", 1e-3);
     ADD_FAILURE() << "a card where there is none";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/comedi"), std::string::npos)

@@ -100,7 +100,8 @@ TEST_F(BadFile, DeeplyNested) {
 
 TEST_F(BadFile, ManyEntriesTakeNoTime) {
   std::string text;
-  for (int i = 0; text.size() < 990'000; ++i) text.append("a").append(std::to_string(i)).append(" = 1\n");
+  for (int i = 0; text.size() < 990'000; ++i)
+    text.append("a").append(std::to_string(i)).append(" = 1\n");
   expect_text(text, ":1: a0: unknown key", "");
   text.clear();
   while (text.size() < 990'000) text += "[[a]]\nb=1.5\n";

@@ -79,8 +79,8 @@ TEST(LinearAlgebra, RefusedMemoryInsideASingularValueDecompositionIsAnException)
     EXPECT_GT(refused_one_by_one([&] { left_svd(A); }), 5);
     EXPECT_GT(refused_one_by_one([&] { singular_values(A); }), 5);
     EXPECT_GT(refused_one_by_one([&] { large_svd(A); }), 5);
-    EXPECT_GT(refused_one_by_one([&] { shortest_least_squares(A, VectorXd::Ones(A.rows()), 1e-8); }),
-              5);
+    EXPECT_GT(
+        refused_one_by_one([&] { shortest_least_squares(A, VectorXd::Ones(A.rows()), 1e-8); }), 5);
   }
 }
 

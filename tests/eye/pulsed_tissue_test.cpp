@@ -159,8 +159,8 @@ TEST(PulsedTissue, TheGapOfBentCurvesIsWhatTheDocumentSays) {
       signal = tissue.signal();
     }
     const double gap = curve.temperature(signal) - 22.0 - tissue.before().volume;
-    EXPECT_NEAR(gap, row.gap, 0.005) << "peak " << tissue.mean().peak << " K, volume "
-                                     << tissue.mean().volume << " K";
+    EXPECT_NEAR(gap, row.gap, 0.005)
+        << "peak " << tissue.mean().peak << " K, volume " << tissue.mean().volume << " K";
   }
 }
 

@@ -28,7 +28,8 @@ std::shared_ptr<const FullOrderModel> small_model() {
 }
 
 double power_of(int period) {
-  return period < 0 ? 0.0 : 0.1 * uniform(5, static_cast<std::uint64_t>(period), RandomStream::kTest);
+  return period < 0 ? 0.0
+                    : 0.1 * uniform(5, static_cast<std::uint64_t>(period), RandomStream::kTest);
 }
 
 // Outputs after each twentieth of a period, the power `lag` twentieths late; entry 0: cold.

@@ -22,9 +22,27 @@ std::size_t below(Generator& random, std::size_t limit) {
 }
 
 void mutate(std::string& text, const std::vector<std::string>& corpus, Generator& random) {
-  static const std::vector<std::string> kWords = {
-      "nan", "inf", "-1",  "0",  "1e999", "1e-320", "2147483648", "null", "[", "]", "{", "}",
-      "\"",  "=",   "\n", "\xff", std::string(1, '\0'), "18446744073709551616", "-0.0", "[[", "''"};
+  static const std::vector<std::string> kWords = {"nan",
+                                                  "inf",
+                                                  "-1",
+                                                  "0",
+                                                  "1e999",
+                                                  "1e-320",
+                                                  "2147483648",
+                                                  "null",
+                                                  "[",
+                                                  "]",
+                                                  "{",
+                                                  "}",
+                                                  "\"",
+                                                  "=",
+                                                  "\n",
+                                                  "\xff",
+                                                  std::string(1, '\0'),
+                                                  "18446744073709551616",
+                                                  "-0.0",
+                                                  "[[",
+                                                  "''"};
   const std::size_t at = below(random, text.size() + 1);
   const std::size_t length = 1 + below(random, 16);
   switch (random() % 6) {

@@ -62,8 +62,7 @@ LoopRun run(C& pace, std::size_t cycles) {
   std::atomic<std::size_t> progress{0};
   PacedEye device(eye, pace, 1e-3);
   Unsupervised none;
-  result.outcome =
-      run_loop(controller, device, none, 1e-3, std::span(result.records), progress);
+  result.outcome = run_loop(controller, device, none, 1e-3, std::span(result.records), progress);
   result.progress = progress.load();
   result.records.resize(result.outcome.cycles);
   result.power_afterwards = eye.advance(cycles).sample.applied_power;

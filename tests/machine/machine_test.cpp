@@ -10,10 +10,8 @@
 namespace photocoag::testing {
 namespace {
 
-constexpr Privileges kAll{.fifo = true,
-                          .locked = true,
-                          .rt_priority_limit = 99,
-                          .locked_bytes_limit = UINT64_MAX};
+constexpr Privileges kAll{
+    .fifo = true, .locked = true, .rt_priority_limit = 99, .locked_bytes_limit = UINT64_MAX};
 
 struct Machine {
   TemporaryFolder folder;
@@ -60,8 +58,8 @@ TEST(Doctor, WhatIsWrongIsNamedWithAdvice) {
   m.put("sys/devices/system/cpu/cpu0/cpuidle/state2/latency", "300\n");
   m.put("sys/devices/system/clocksource/clocksource0/current_clocksource", "hpet\n");
   const Privileges none;
-  for (const char* topic : {"kernel", "hypervisor", "SCHED_FIFO", "locked memory", "cores",
-                            "clock source"}) {
+  for (const char* topic :
+       {"kernel", "hypervisor", "SCHED_FIFO", "locked memory", "cores", "clock source"}) {
     const Finding finding = m.find(topic, none);
     EXPECT_EQ(finding.health, Health::kBad) << topic;
     EXPECT_FALSE(finding.advice.empty()) << topic;
@@ -88,7 +86,8 @@ TEST(Latency, EveryWakeUpIsCounted) {
 
 TEST(Latency, ReadsWhatCyclictestPrints) {
   const DurationHistogram histogram = parse_cyclictest(
-      "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000000 000000\n000001 000003\n000002\t000006\n"
+      "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000000 000000\n000001 "
+      "000003\n000002\t000006\n"
       "# Total: 000000009\n# Min Latencies: 00001\n# Histogram Overflows: 00001\n"
       "# Histogram Overflow at cycle number:\n# Thread 0:\n",
       1e-3);

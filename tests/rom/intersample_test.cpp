@@ -76,9 +76,12 @@ TEST(ReducedIntersample, NothingToKnowIsTheModelItself) {
 TEST(ReducedIntersample, RefusesWhatItCannotTell) {
   ReducedModel euler = model();
   euler.discretize(euler.period, Discretization::kImplicitEuler);
-  EXPECT_NE(message_of([&] { with_intersample(euler, {.averaging = 1.0}); }).find("zero-order-hold"),
-            std::string::npos);
-  EXPECT_NE(message_of([&] { with_intersample(model(), {1.0, 0.5, 0.0}); }).find("in sum"),
+  EXPECT_NE(
+      message_of([&] { with_intersample(euler, {.averaging = 1.0}); }).find("zero-order-hold"),
+      std::string::npos);
+  EXPECT_NE(message_of([&] {
+              with_intersample(model(), {1.0, 0.5, 0.0});
+            }).find("in sum"),
             std::string::npos);
 }
 

@@ -37,7 +37,8 @@ TEST(EstimationStudy, AWrongNoiseIsSeen) {
   Config config = small_config();
   config.estimator.measurement_noise = 0.144;
   const EstimationCycle mean =
-      over({.name = "", .full_order = false, .matched_noise = true, .prior_sigma = 0.002}, 50, 250, config);
+      over({.name = "", .full_order = false, .matched_noise = true, .prior_sigma = 0.002}, 50, 250,
+           config);
   EXPECT_GT(mean.nis, 2.0);
   EXPECT_GT(mean.nees, 1.5);
 }

@@ -43,8 +43,7 @@ TEST(Witness, AgreesWithTheFullOrderModelItDoesNotKnow) {
 TEST(Witness, TwoUnknownsAreBoundedFromAbove) {
   const auto full = std::make_shared<const FullOrderModel>(with_beta(), GridSettings{20000});
   const EstimatorSettings both{.unknowns = Unknowns::kRpeAndChoroid};
-  const WitnessModel model =
-      witness_model(with_beta(), both, 1e-3, Discretization::kZeroOrderHold);
+  const WitnessModel model = witness_model(with_beta(), both, 1e-3, Discretization::kZeroOrderHold);
   EXPECT_EQ(model.choroids, kWitnessChoroids);
   for (const double alpha : {0.4, 0.9, 1.5}) {
     for (const double beta : {0.5, 0.93, 1.9}) {  // not on the grid

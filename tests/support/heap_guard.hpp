@@ -1,9 +1,9 @@
 // Role: tests; counts what the calling thread asks of the heap, in the build that ships.
 // Method: the test program defines malloc and its relatives and every form of operator new and
 // delete itself and forwards to glibc, so that calls from inside shared libraries count as well.
-// Under the address, thread and realtime sanitizers, which bring their own malloc, only operator new and
-// delete are counted.
-// tests/CMakeLists.txt links it into every test program. It can also refuse an allocation.
+// Under the address, thread and realtime sanitizers, which bring their own malloc, only operator
+// new and delete are counted. tests/CMakeLists.txt links it into every test program. It can also
+// refuse an allocation.
 #pragma once
 
 namespace photocoag::testing {
@@ -30,8 +30,8 @@ class HeapGuard {
   HeapUse use() const noexcept;
 };
 
-/// While it lives, the constructing thread's `number`-th allocation (from 1) is refused: malloc gives
-/// nullptr, operator new throws std::bad_alloc.
+/// While it lives, the constructing thread's `number`-th allocation (from 1) is refused: malloc
+/// gives nullptr, operator new throws std::bad_alloc.
 class RefusedAllocation {
  public:
   explicit RefusedAllocation(long number) noexcept;

@@ -1,13 +1,15 @@
-/* Role: tests; a library that is loaded before all others (LD_PRELOAD) and makes the system misbehave:
- * a wall clock that jumps, allocations that fail. Used by `photocoag faults` (rows T6, X3). Linux with glibc.
+/* Role: tests; a library that is loaded before all others (LD_PRELOAD) and makes the system
+ * misbehave: a wall clock that jumps, allocations that fail. Used by `photocoag faults` (rows T6,
+ * X3). Linux with glibc.
  *
- * PHOTOCOAG_SHIM_REPORT=DESCRIPTOR: where it says what it does, first of all "loaded": no test passes without it.
- * PHOTOCOAG_SHIM_CLOCK=1: every reading of the wall clock is one hour early, right, one hour late, in turn. Prints "jumped" when
- * the first wrong one is handed out.
- * PHOTOCOAG_SHIM_MALLOC=STEP: runs the program once to count the allocations between main and mlockall (where
- * the treatment loop begins), then once for every STEP-th of them, which fails; each run in a process of its
- * own. A "@" in an argument is replaced by the number. Prints "count N" and "N STATUS" lines
- * (PHOTOCOAG_SHIM_FIRST: number to begin with): exit code, 256 + signal, or 300 if the loop would have begun. */
+ * PHOTOCOAG_SHIM_REPORT=DESCRIPTOR: where it says what it does, first of all "loaded": no test
+ * passes without it. PHOTOCOAG_SHIM_CLOCK=1: every reading of the wall clock is one hour early,
+ * right, one hour late, in turn. Prints "jumped" when the first wrong one is handed out.
+ * PHOTOCOAG_SHIM_MALLOC=STEP: runs the program once to count the allocations between main and
+ * mlockall (where the treatment loop begins), then once for every STEP-th of them, which fails;
+ * each run in a process of its own. A "@" in an argument is replaced by the number. Prints "count
+ * N" and "N STATUS" lines (PHOTOCOAG_SHIM_FIRST: number to begin with): exit code, 256 + signal, or
+ * 300 if the loop would have begun. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -54,7 +56,9 @@ static void* none(void) {
 void* malloc(size_t size) { return fails() ? none() : __libc_malloc(size); }
 void* calloc(size_t count, size_t size) { return fails() ? none() : __libc_calloc(count, size); }
 void* realloc(void* old, size_t size) { return fails() ? none() : __libc_realloc(old, size); }
-void* memalign(size_t alignment, size_t size) { return fails() ? none() : __libc_memalign(alignment, size); }
+void* memalign(size_t alignment, size_t size) {
+  return fails() ? none() : __libc_memalign(alignment, size);
+}
 void* aligned_alloc(size_t alignment, size_t size) { return memalign(alignment, size); }
 int posix_memalign(void** out, size_t alignment, size_t size) {
   void* memory = memalign(alignment, size);
@@ -123,7 +127,8 @@ static int run_child(long number, int argc, char** argv, char** environment) {
       if (at == NULL) {
         snprintf(words[i], sizeof(words[i]), "%s", argv[i]);
       } else {
-        snprintf(words[i], sizeof(words[i]), "%.*s%ld%s", (int)(at - argv[i]), argv[i], number, at + 1);
+        snprintf(words[i], sizeof(words[i]), "%.*s%ld%s", (int)(at - argv[i]), argv[i], number,
+                 at + 1);
       }
       numbered[i] = words[i];
     }

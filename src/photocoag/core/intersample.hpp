@@ -76,8 +76,8 @@ inline double mean_rise(double exponent, Window window) noexcept {
   return -std::expm1(-exponent * window.begin) + std::exp(-exponent * window.begin) * rest;
 }
 
-/// The true alpha after `time`, s: relative change `drift`, 1/s, of its first value, kept within what
-/// a configuration may say of it.
+/// The true alpha after `time`, s: relative change `drift`, 1/s, of its first value, kept within
+/// what a configuration may say of it.
 inline double drifted_absorption(double first, double drift, double time) noexcept {
   return std::clamp(first * (1.0 + drift * time), 0.05, 5.0);
 }

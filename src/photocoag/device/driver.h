@@ -1,9 +1,9 @@
 /* Role: the C interface of a vendor's driver, loaded from a shared library. See docs/devices.md and
  * examples/driver. Units: SI. Research software, not a medical device.
  *
- * A driver exports one function, photocoag_driver(), which returns a table that lives as long as the
- * library is loaded. All calls come from one thread. Every call must return within the time it is
- * given, or within half a control period; none may throw or terminate. The driver keeps the
+ * A driver exports one function, photocoag_driver(), which returns a table that lives as long as
+ * the library is loaded. All calls come from one thread. Every call must return within the time it
+ * is given, or within half a control period; none may throw or terminate. The driver keeps the
  * watchdog, better still the hardware does: without a new token for two periods, 0 W.
  */
 #ifndef PHOTOCOAG_DEVICE_DRIVER_H
@@ -18,9 +18,9 @@ extern "C" {
 #define PHOTOCOAG_DRIVER_VERSION 2U
 
 enum { /* what every call returns */
-  PHOTOCOAG_GOOD = 0,
-  PHOTOCOAG_TIMEOUT = 1, /* no answer in time; may be better next time */
-  PHOTOCOAG_GONE = 2     /* the device has vanished */
+       PHOTOCOAG_GOOD = 0,
+       PHOTOCOAG_TIMEOUT = 1, /* no answer in time; may be better next time */
+       PHOTOCOAG_GONE = 2     /* the device has vanished */
 };
 
 typedef struct {
@@ -41,10 +41,10 @@ typedef struct {
 } photocoag_readback;
 
 typedef struct {
-  uint32_t version;   /* PHOTOCOAG_DRIVER_VERSION */
-  uint32_t size;      /* sizeof(photocoag_driver_table) */
-  const char* name;   /* for messages */
-  int32_t simulated;  /* 1: no light can come out of it */
+  uint32_t version;  /* PHOTOCOAG_DRIVER_VERSION */
+  uint32_t size;     /* sizeof(photocoag_driver_table) */
+  const char* name;  /* for messages */
+  int32_t simulated; /* 1: no light can come out of it */
   /* Opens the device. `settings`: text of the user's, may be empty. On failure writes a message of
    * at most message_size bytes with its zero. The device is at 0 W afterwards. */
   int32_t (*open)(void** device, const char* settings, char* message, uint32_t message_size);

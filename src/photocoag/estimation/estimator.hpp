@@ -14,20 +14,34 @@ namespace photocoag {
 /// Models: ExtendedKalmanFilter, MovingHorizonEstimator, PosteriorEstimator, AnyEstimator.
 template <typename E>
 concept Estimator = requires(E estimator, const E& constant, double value) {
-  { estimator.reset() } noexcept;
-  { estimator.predict(value) } noexcept;
-  { estimator.update(value) } noexcept -> std::same_as<UpdateStatus>;
-  { constant.state() } noexcept -> std::same_as<const StateVector&>;
-  { constant.matrices() } noexcept -> std::same_as<const ParametricMatrices&>;
-  { constant.covariance() } noexcept -> std::same_as<const ExtendedMatrix&>;
-  { constant.outputs() } noexcept -> std::same_as<Outputs>;
-  { constant.peak_sigma() } noexcept -> std::same_as<double>;
-  { constant.absorption_factor() } noexcept -> std::same_as<double>;
-  { constant.absorption_sigma() } noexcept -> std::same_as<double>;
-  { constant.choroid_factor() } noexcept -> std::same_as<double>;
-  { constant.choroid_sigma() } noexcept -> std::same_as<double>;
-  { constant.innovation() } noexcept -> std::same_as<double>;
-  { constant.innovation_sigma() } noexcept -> std::same_as<double>;
+  { estimator.reset() }
+  noexcept;
+  { estimator.predict(value) }
+  noexcept;
+  { estimator.update(value) }
+  noexcept->std::same_as<UpdateStatus>;
+  { constant.state() }
+  noexcept->std::same_as<const StateVector&>;
+  { constant.matrices() }
+  noexcept->std::same_as<const ParametricMatrices&>;
+  { constant.covariance() }
+  noexcept->std::same_as<const ExtendedMatrix&>;
+  { constant.outputs() }
+  noexcept->std::same_as<Outputs>;
+  { constant.peak_sigma() }
+  noexcept->std::same_as<double>;
+  { constant.absorption_factor() }
+  noexcept->std::same_as<double>;
+  { constant.absorption_sigma() }
+  noexcept->std::same_as<double>;
+  { constant.choroid_factor() }
+  noexcept->std::same_as<double>;
+  { constant.choroid_sigma() }
+  noexcept->std::same_as<double>;
+  { constant.innovation() }
+  noexcept->std::same_as<double>;
+  { constant.innovation_sigma() }
+  noexcept->std::same_as<double>;
 };
 
 /// The estimator of settings.kind.

@@ -14,7 +14,7 @@ enum class EstimatorKind {
 };
 
 enum class Unknowns {
-  kRpe,         ///< alpha
+  kRpe,            ///< alpha
   kRpeAndChoroid,  ///< alpha and beta; needs a model with both
 };
 
@@ -41,12 +41,12 @@ struct EstimatorSettings {
                                            ///< (outlier_gate.hpp); 0: never; else from 3 to 100
   int window = 20;                         ///< 1, control samples in the moving horizon, 2 to 50
   Unknowns unknowns = Unknowns::kRpe;
-  double choroid_initial = 1.0;            ///< 1, beta before the first sample; inside [min, max];
-                                           ///< its constant value where it is not estimated
-  double choroid_sigma_initial = 0.3;      ///< 1, its standard deviation, above 0, at most 2
-  double choroid_min = 0.4;                ///< 1, beta is kept inside [min, max]; from 0.05
-  double choroid_max = 2.5;                ///< 1, up to 20
-  double choroid_process_noise = 1e-5;     ///< 1, as absorption_process_noise; from 0 to 0.1
+  double choroid_initial = 1.0;         ///< 1, beta before the first sample; inside [min, max];
+                                        ///< its constant value where it is not estimated
+  double choroid_sigma_initial = 0.3;   ///< 1, its standard deviation, above 0, at most 2
+  double choroid_min = 0.4;             ///< 1, beta is kept inside [min, max]; from 0.05
+  double choroid_max = 2.5;             ///< 1, up to 20
+  double choroid_process_noise = 1e-5;  ///< 1, as absorption_process_noise; from 0 to 0.1
 
   /// What is known of the bench, fractions of a period; at most 1 in sum. The model that estimator
   /// and optimisation get is made of it (rom/intersample.hpp).

@@ -1,4 +1,5 @@
-// Role: online; what an estimator says about a sample. Used by estimation, loop. Real time: noexcept.
+// Role: online; what an estimator says about a sample. Used by estimation, loop. Real time:
+// noexcept.
 #pragma once
 
 #include <string_view>

@@ -1,7 +1,8 @@
 // Role: simulation; the full-order eye of a bench whose samples are late or means, whose power acts
-// late, or whose absorption drifts. Used by run, trials. Source: docs/equations.md (E29). Difference
-// to FullOrderPlant: outputs between the ends of the periods and a source that changes, both exact
-// and in one step per period. Units: SI. Real time: step() is noexcept and does not allocate.
+// late, or whose absorption drifts. Used by run, trials. Source: docs/equations.md (E29).
+// Difference to FullOrderPlant: outputs between the ends of the periods and a source that changes,
+// both exact and in one step per period. Units: SI. Real time: step() is noexcept and does not
+// allocate.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,10 +41,10 @@ class IntersamplePlant {
   struct View {
     Window window;
     Eigen::VectorXd radial_weight;
-    std::vector<double> decay;     // active modes: weight included
-    Eigen::VectorXd before;        // per axial mode: modes without memory, of the heat before
-    Eigen::VectorXd rise;          // per axial mode: all modes, of the heat now
-    Eigen::VectorXd profile;       // per axial mode
+    std::vector<double> decay;  // active modes: weight included
+    Eigen::VectorXd before;     // per axial mode: modes without memory, of the heat before
+    Eigen::VectorXd rise;       // per axial mode: all modes, of the heat now
+    Eigen::VectorXd profile;    // per axial mode
   };
   View make_view(Window window, const Eigen::VectorXd& radial_weight) const;
   void look(View& view) noexcept;

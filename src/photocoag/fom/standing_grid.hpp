@@ -1,6 +1,6 @@
-// Role: offline; one grid for many tissues. Used by mor (uncertain model) and campaign. Source: ours.
-// Layer boundaries and the spot's edge move over it; sources are integrated over its cells, so that
-// no spot needs a diagonalisation of its own. Units: m.
+// Role: offline; one grid for many tissues. Used by mor (uncertain model) and campaign. Source:
+// ours. Layer boundaries and the spot's edge move over it; sources are integrated over its cells,
+// so that no spot needs a diagonalisation of its own. Units: m.
 #pragma once
 
 #include "photocoag/fom/grid.hpp"

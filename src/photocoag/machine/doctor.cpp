@@ -101,8 +101,7 @@ Finding cores(const fs::path& root) {
     count += at == 0 || text[at - 1] == '\n' ? 1 : 0;
   }
   const bool threads = line_of(root / "sys/devices/system/cpu/smt/active").value_or("0") == "1";
-  const std::string found =
-      fmt::format("{}{}", count, threads ? ", two threads on each" : "");
+  const std::string found = fmt::format("{}{}", count, threads ? ", two threads on each" : "");
   if (count < 2) {
     return {"cores", Health::kBad, found, "the loop needs a core of its own beside the system's"};
   }
@@ -205,10 +204,10 @@ Privileges own_privileges() {
 }
 
 std::vector<Finding> examine(const Privileges& privileges, const fs::path& root) {
-  return {kernel(root),      hypervisor(root), priority(privileges),
+  return {kernel(root),       hypervisor(root), priority(privileges),
           memory(privileges), cores(root),      isolated(root),
-          governor(root),    idle(root),       clocksource(root),
-          throttling(root),  swap(root),       interrupts_of_the_firmware(root)};
+          governor(root),     idle(root),       clocksource(root),
+          throttling(root),   swap(root),       interrupts_of_the_firmware(root)};
 }
 
 }  // namespace photocoag

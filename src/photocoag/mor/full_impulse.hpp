@@ -38,9 +38,9 @@ struct OutputBounds {
 
 class FullImpulse {
  public:
-  /// k = 1, up to `horizon`. Layers that conduct differently: each radial mode has axial modes of its
-  /// own (some 25 ms each), whose sums are taken beforehand and kept: 32 bytes x nodes x horizon, 48
-  /// with beta. Allocates.
+  /// k = 1, up to `horizon`. Layers that conduct differently: each radial mode has axial modes of
+  /// its own (some 25 ms each), whose sums are taken beforehand and kept: 32 bytes x nodes x
+  /// horizon, 48 with beta. Allocates.
   FullImpulse(const FullOrderModel& full, Discretization discretization, double period,
               const FactorNodes& nodes, std::size_t horizon);
   ~FullImpulse();

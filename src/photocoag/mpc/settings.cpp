@@ -95,8 +95,8 @@ void ControlSettings::validate() const {
           fmt::format("from 1 to below control.horizon = {}", horizon));
   require(first_power == 0.0 || (first_power >= power_min && first_power <= power_max),
           "control.first_power_W", first_power,
-          fmt::format("0, or from control.power_min_W = {} to control.power_max_W = {} W", power_min,
-                      power_max));
+          fmt::format("0, or from control.power_min_W = {} to control.power_max_W = {} W",
+                      power_min, power_max));
   require(solver != SolverKind::kOsqp || (robust == Robustness::kNone && solve_every == 1),
           "control.solver", std::string_view("osqp"),
           "dense or osqp-condensed with control.robust or control.solve_every");

@@ -79,8 +79,7 @@ Figure field_figure(const TemperatureField& field) {
   const View view{std::min(4.0 * spot, field.radius_m.back() * kMicro),
                   std::max(field.depth_m.front() * kMicro, depth - 300.0),
                   std::min(field.depth_m.back() * kMicro, depth + 450.0)};
-  Panel panel{.title = fmt::format("Temperature rise in K after {:g} ms",
-                                   field.time_s * 1e3),
+  Panel panel{.title = fmt::format("Temperature rise in K after {:g} ms", field.time_s * 1e3),
               .levels = layers(field, view),
               .y_min = view.front,
               .y_max = view.back,

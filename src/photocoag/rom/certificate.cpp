@@ -78,8 +78,9 @@ void ErrorCertificate::validate() const {
       demand(output->bound[i] > 0.0 && output->scale[i] > 0.0 && output->relative[i] > 0.0 &&
                  output->bound[i] <= kRounding * output->sum[i] &&
                  output->treatment_bound[i] <= kRounding * output->bound[i],
-             name, "bounds above 0: of a treatment, of any length, of powers of both signs, in this "
-                   "order");
+             name,
+             "bounds above 0: of a treatment, of any length, of powers of both signs, in this "
+             "order");
     }
     demand(*std::max_element(output->majorant.begin(), output->majorant.end()) > 0.0, name,
            "a majorant above 0");

@@ -1,13 +1,13 @@
 // Role: online and offline; the proved error bound of a reduced model and its running form. Made by
 // mor/certificate, stored in the model file. Source: derived here; docs/models.md (certificate).
-// What it says: two models start cold, share one alpha (and beta) in the certificate's range and get
-// the same powers u_k >= 0, held over one period. At every sample instant the outputs of the full-order
-// and the reduced model then differ by no more than the bounds below.
-// What it does not say: anything about a filter's estimate, which is driven by measurements of the
-// true tissue; there the volume part acts as a bounded bias of the measurement. Between sample
-// instants and for another period it does not hold.
-// Units: SI; bounds in K. Real time: RunningErrorBound is noexcept and allocation-free but for its
-// constructor. Threads: plain data; RunningErrorBound has one owner.
+// What it says: two models start cold, share one alpha (and beta) in the certificate's range and
+// get the same powers u_k >= 0, held over one period. At every sample instant the outputs of the
+// full-order and the reduced model then differ by no more than the bounds below. What it does not
+// say: anything about a filter's estimate, which is driven by measurements of the true tissue;
+// there the volume part acts as a bounded bias of the measurement. Between sample instants and for
+// another period it does not hold. Units: SI; bounds in K. Real time: RunningErrorBound is noexcept
+// and allocation-free but for its constructor. Threads: plain data; RunningErrorBound has one
+// owner.
 #pragma once
 
 #include <array>

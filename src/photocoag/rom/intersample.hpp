@@ -1,7 +1,7 @@
 // Role: setup and simulation; reduced models between the ends of their periods: as the simulated
 // eye of a bench, and as the model of a controller that knows when its samples are taken. Used by
-// run, tests. Source: docs/equations.md (E29). Units: SI. Real time: step() is noexcept and does not
-// allocate; everything else may.
+// run, tests. Source: docs/equations.md (E29). Units: SI. Real time: step() is noexcept and does
+// not allocate; everything else may.
 #pragma once
 
 #include <Eigen/Core>

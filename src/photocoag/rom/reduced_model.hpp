@@ -25,10 +25,10 @@ using OutputTerms = BoundedMatrix<kMaxTerms, kMaxOrder>;  // row j: C_j
 
 /// B(alpha), C_vol(alpha) and their derivatives at one alpha (and beta).
 struct ParametricMatrices {
-  StateVector input;         ///< B_d(alpha), order
-  StateVector input_slope;   ///< dB_d / dalpha
-  StateVector volume;        ///< C_vol(alpha), order
-  StateVector volume_slope;  ///< dC_vol / dalpha
+  StateVector input;                 ///< B_d(alpha), order
+  StateVector input_slope;           ///< dB_d / dalpha
+  StateVector volume;                ///< C_vol(alpha), order
+  StateVector volume_slope;          ///< dC_vol / dalpha
   StateVector input_slope_choroid;   ///< dB_d / dbeta; filled for two parameters only
   StateVector volume_slope_choroid;  ///< dC_vol / dbeta
 };
@@ -41,11 +41,11 @@ struct UncertainModel;
 struct ErrorReport {
   std::vector<double> absorption_factors;
   std::vector<double> choroid_factors;  ///< one per alpha for two parameters, else empty
-  std::vector<double> peak;    ///< one per alpha
-  std::vector<double> volume;  ///< one per alpha
-  double duration = 0.0;       ///< s, of each signal: constant power, random on/off power
-  double mean_dwell = 0.0;     ///< s, mean time between switchings of the on/off signal
-  std::uint64_t seed = 0;      ///< of the on/off signal
+  std::vector<double> peak;             ///< one per alpha
+  std::vector<double> volume;           ///< one per alpha
+  double duration = 0.0;                ///< s, of each signal: constant power, random on/off power
+  double mean_dwell = 0.0;              ///< s, mean time between switchings of the on/off signal
+  std::uint64_t seed = 0;               ///< of the on/off signal
 
   double peak_max() const noexcept;
   double volume_max() const noexcept;

@@ -30,10 +30,10 @@ struct Theta {
   std::array<AbsorbedFraction, kMaxTerms> points{};  ///< kDeim: one per term
   int terms = 0;
   ThetaKind kind = ThetaKind::kDeim;
-  double center = 0.0;      ///< kChebyshev, kTaylor
-  double half_width = 1.0;  ///< kChebyshev; 1 for kTaylor
-  int choroid_terms = 1;           ///< kChebyshev: factors T_k(y); 1: beta plays no part
-  double choroid_center = 1.0;     ///< kChebyshev with beta
+  double center = 0.0;          ///< kChebyshev, kTaylor
+  double half_width = 1.0;      ///< kChebyshev; 1 for kTaylor
+  int choroid_terms = 1;        ///< kChebyshev: factors T_k(y); 1: beta plays no part
+  double choroid_center = 1.0;  ///< kChebyshev with beta
   double choroid_half_width = 1.0;
 
   /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; beta plays no part or

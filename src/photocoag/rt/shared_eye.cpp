@@ -56,11 +56,10 @@ DeviceSample SharedEyeDevice::wait_sample(std::uint64_t) noexcept {
       sample.now_ns = now;
       if (behind == 0) sample.volume_temperature = published.volume_temperature;
       sample.raw = std::bit_cast<std::int64_t>(published.volume_temperature);
-      readback_ = {
-          .power = published.emitted,  // of the latest period
-          .interlock_closed = memory_.interlock_open.load(std::memory_order_relaxed) == 0,
-          .shutter_open = true,
-          .foot_switch = true};
+      readback_ = {.power = published.emitted,  // of the latest period
+                   .interlock_closed = memory_.interlock_open.load(std::memory_order_relaxed) == 0,
+                   .shutter_open = true,
+                   .foot_switch = true};
       return sample;
     }
     wait_until(now + kLook);

@@ -1,7 +1,7 @@
 // Role: simulation and online; a simulated eye in another process, through shared memory: what it
-// publishes, and the Device that the controller's process sees. Used by tests (process-level faults).
-// Source: docs/devices.md. Real time: tick() and all calls of the device are noexcept, bounded and
-// allocation-free; wait_sample blocks by design. Threads: one server, one client.
+// publishes, and the Device that the controller's process sees. Used by tests (process-level
+// faults). Source: docs/devices.md. Real time: tick() and all calls of the device are noexcept,
+// bounded and allocation-free; wait_sample blocks by design. Threads: one server, one client.
 #pragma once
 
 #include <atomic>

@@ -103,9 +103,8 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const int per_period = pulses ? pulses_per_period(config) : 1;
   PulseFeed feed;
   if (pulses) feed = feed_of_fresh_heat(models.model_full(), models.reduced(), per_period);
-  const ReducedModel model =
-      pulses ? seen_by_pulses(models.reduced(), per_period, feed)
-             : told_of(models.reduced(), config.estimator.timing);
+  const ReducedModel model = pulses ? seen_by_pulses(models.reduced(), per_period, feed)
+                                    : told_of(models.reduced(), config.estimator.timing);
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");

@@ -103,8 +103,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
       const std::size_t seed = k % static_cast<std::size_t>(seeds);
       try {
         const Config& config = jobs[job].config;
-        Trajectory loop =
-            run_once(told[job], *pool.get(config), config.run.seed + seed);
+        Trajectory loop = run_once(told[job], *pool.get(config), config.run.seed + seed);
         measured[job][seed] = measure(config, loop);
         results[job].trajectories[seed] = std::move(loop);
       } catch (...) {

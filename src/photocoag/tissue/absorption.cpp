@@ -14,7 +14,8 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 
 }  // namespace
 
-AbsorptionLaw::AbsorptionLaw(const Tissue& tissue) : depths_{0.0}, fixed_{0.0}, scaled_{0.0}, choroid_{0.0} {
+AbsorptionLaw::AbsorptionLaw(const Tissue& tissue)
+    : depths_{0.0}, fixed_{0.0}, scaled_{0.0}, choroid_{0.0} {
   tissue.validate();
   for (const Layer& layer : tissue.layers) {
     const double optical_depth = layer.absorption * layer.thickness;
@@ -27,8 +28,8 @@ AbsorptionLaw::AbsorptionLaw(const Tissue& tissue) : depths_{0.0}, fixed_{0.0}, 
 }
 
 AbsorbedFraction AbsorptionLaw::between(double front, double back) const {
-  return {interpolate(depths_, fixed_, front), interpolate(depths_, scaled_, front),
-          interpolate(depths_, fixed_, back), interpolate(depths_, scaled_, back),
+  return {interpolate(depths_, fixed_, front),   interpolate(depths_, scaled_, front),
+          interpolate(depths_, fixed_, back),    interpolate(depths_, scaled_, back),
           interpolate(depths_, choroid_, front), interpolate(depths_, choroid_, back)};
 }
 

@@ -33,10 +33,10 @@ struct ValueAndSlope {
 /// alpha and of beta, which scales the layers with scaled_by_beta and is 1 where nobody asks:
 ///   s = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + beta * choroid(z) + alpha * scaled(z).
 struct AbsorbedFraction {
-  double fixed_front = 0.0;   ///< 1, optical depth at a from layers that do not scale
-  double scaled_front = 0.0;  ///< 1, optical depth at a per alpha
-  double fixed_back = 0.0;    ///< 1, at b
-  double scaled_back = 0.0;   ///< 1, at b
+  double fixed_front = 0.0;    ///< 1, optical depth at a from layers that do not scale
+  double scaled_front = 0.0;   ///< 1, optical depth at a per alpha
+  double fixed_back = 0.0;     ///< 1, at b
+  double scaled_back = 0.0;    ///< 1, at b
   double choroid_front = 0.0;  ///< 1, optical depth at a per beta
   double choroid_back = 0.0;   ///< 1, at b
 
@@ -49,11 +49,9 @@ struct AbsorbedFraction {
   /// With both derivatives.
   ValueAndSlope evaluate(double alpha, double beta) const noexcept {
     ValueAndSlope result = at_choroid(beta).evaluate_fixed(alpha);
-    const double front =
-        std::exp(-(fixed_front + beta * choroid_front + alpha * scaled_front));
+    const double front = std::exp(-(fixed_front + beta * choroid_front + alpha * scaled_front));
     const double step = result.value / front;
-    result.slope_choroid =
-        front * ((choroid_back - choroid_front) - choroid_back * step);
+    result.slope_choroid = front * ((choroid_back - choroid_front) - choroid_back * step);
     return result;
   }
 

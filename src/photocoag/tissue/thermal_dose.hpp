@@ -33,9 +33,9 @@ inline double damage_rate(const ArrheniusParameters& tissue, double celsius) noe
   return std::exp(tissue.log_frequency - tissue.activation_energy / (kGasConstant * kelvin));
 }
 
-/// Damage during `duration`, s, while the temperature changes linearly between two values. Simpson's
-/// rule: within 1 % for changes up to 3 K; larger ones only occur far below the temperatures that
-/// count.
+/// Damage during `duration`, s, while the temperature changes linearly between two values.
+/// Simpson's rule: within 1 % for changes up to 3 K; larger ones only occur far below the
+/// temperatures that count.
 inline double damage_over(const ArrheniusParameters& tissue, double from_celsius, double to_celsius,
                           double duration) noexcept {
   const double middle = 0.5 * (from_celsius + to_celsius);
