@@ -20,7 +20,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/stop_signal.hpp"
-#include "photocoag/machine/doctor.hpp"
+#include "photocoag/realtime_check/doctor.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/field.hpp"

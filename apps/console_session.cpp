@@ -14,7 +14,7 @@
 #include "console.hpp"
 #include "console_parts.hpp"
 #include "photocoag/core/stop_signal.hpp"
-#include "photocoag/machine/doctor.hpp"
+#include "photocoag/realtime_check/doctor.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/session/run_session.hpp"
 #include "photocoag/session/session_status.hpp"

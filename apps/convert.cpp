@@ -8,7 +8,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/recover.hpp"
-#include "photocoag/tables/table.hpp"
+#include "photocoag/run_files/table.hpp"
 
 namespace photocoag {
 namespace {

@@ -14,8 +14,8 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
+#include "photocoag/run/discretizations.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "photocoag/run/scheme_errors.hpp"
 
 namespace photocoag {
 namespace {
@@ -29,7 +29,7 @@ std::string_view name(Discretization how) {
   return how == Discretization::kImplicitEuler ? "implicit Euler" : "TR-BDF2";
 }
 
-void print_table(const std::vector<SchemeErrors>& all) {
+void print_table(const std::vector<DiscretizationErrors>& all) {
   print("peak in K for 1 W       steps{:>10}{:>16}{:>9}{:>12}{:>9}\n", "exact", "implicit Euler",
         "%", "TR-BDF2", "%");
   for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
@@ -43,11 +43,11 @@ void print_table(const std::vector<SchemeErrors>& all) {
   }
 }
 
-std::string csv(const std::vector<SchemeErrors>& all) {
+std::string csv(const std::vector<DiscretizationErrors>& all) {
   std::string text =
       "period_ms,discretization,steps,time_s,exact_peak_K,peak_K,peak_error_relative,"
       "exact_volume_K,volume_K,volume_error_relative\n";
-  for (const SchemeErrors& scheme : all) {
+  for (const DiscretizationErrors& scheme : all) {
     for (std::size_t steps = 1; steps <= scheme.exact.size(); ++steps) {
       const Outputs& exact = scheme.exact[steps - 1];
       const Outputs& stepped = scheme.stepped[steps - 1];
@@ -71,7 +71,7 @@ Series over_steps(std::string legend, Ink ink, Dash dash, Mark mark, Value value
   return series;
 }
 
-Figure figure(const std::vector<SchemeErrors>& all) {
+Figure figure(const std::vector<DiscretizationErrors>& all) {
   Figure result{.description =
                     "Step response of the peak by the exact hold, implicit Euler and "
                     "TR-BDF2, and the error of the two schemes in per cent",
@@ -85,7 +85,7 @@ Figure figure(const std::vector<SchemeErrors>& all) {
     panel.series.push_back(over_steps("exact", Ink::kSeries1, Dash::kSolid, Mark::kLine,
                                       [&](auto s) { return all[i].exact[s - 1].peak; }));
     for (const std::size_t which : {i, i + 1}) {
-      const SchemeErrors& scheme = all[which];
+      const DiscretizationErrors& scheme = all[which];
       const bool euler = which == i;
       const Ink ink = euler ? Ink::kSeries2 : Ink::kSeries3;
       panel.series.push_back(over_steps(std::string(name(scheme.discretization)), ink, Dash::kSolid,
@@ -104,13 +104,13 @@ Figure figure(const std::vector<SchemeErrors>& all) {
 }  // namespace
 
 int discretizations(const DiscretizationsOptions& options) {
-  const Config config = configured(Use::kSchemeErrors, options.config, options.set);
+  const Config config = configured(Use::kDiscretizations, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
   if (!options.out.empty()) claimed.emplace(options.out);
   const double alpha = config.plant.absorption_factor;
   const auto full = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
-  const std::vector<SchemeErrors> all =
-      scheme_errors(full, config.plant.absorption(), {1e-3, 4e-3}, kSteps);
+  const std::vector<DiscretizationErrors> all =
+      discretization_errors(full, config.plant.absorption(), {1e-3, 4e-3}, kSteps);
   print("photocoag {}: {}\n", version(), kResearchNotice);
   print("{} states, absorption factor {:g}, constant power from cold tissue\n\n", full->states(),
         alpha);

@@ -9,7 +9,7 @@
 #include "console.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/trials/process_trials.hpp"
+#include "photocoag/fault_table/process_trials.hpp"
 #include "progress.hpp"
 
 namespace photocoag {

@@ -11,8 +11,8 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/stop_signal.hpp"
-#include "photocoag/machine/doctor.hpp"
-#include "photocoag/machine/latency.hpp"
+#include "photocoag/realtime_check/doctor.hpp"
+#include "photocoag/realtime_check/latency.hpp"
 
 namespace photocoag {
 namespace {

@@ -63,7 +63,7 @@ def test_cycles_are_the_columns_of_the_csv(run):
     assert run.cycles["solver_status"][0] == "solved"
 
 
-def test_tables_and_pictures(run):
+def test_run_files_and_pictures(run):
     frame = run.to_pandas()
     assert len(frame) == len(run) == 250 and frame.attrs["units"]["power_W"] == "W"
     assert frame["peak_true_K"].max() == run.summary["peak_true_max_K"]

@@ -1,4 +1,4 @@
-// Campaigns: draws, the standing grid, and results that depend on nothing but campaign and spot.
+// Campaigns: draws, the shared grid, and results that depend on nothing but campaign and spot.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,7 +16,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
-#include "photocoag/fom/standing_grid.hpp"
+#include "photocoag/fom/shared_grid.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "support/thrown.hpp"
 
@@ -282,7 +282,7 @@ TEST_F(CampaignTest, RefusesWhatItCannotDo) {
                Error);
 }
 
-TEST(StandingGrid, IsWithinTwoPerMilleOfAFittedOne) {
+TEST(SharedGrid, IsWithinTwoPerMilleOfAFittedOne) {
   const Tissue nominal = load_config("", {}).tissue;
   const BoundaryRange range{.peak_front = 180e-6,
                             .peak_back = 208e-6,
@@ -293,7 +293,7 @@ TEST(StandingGrid, IsWithinTwoPerMilleOfAFittedOne) {
   Tissue standing_tissue = nominal;
   standing_tissue.layers.back().thickness += 30e-6;
   const auto standing =
-      std::make_shared<const FullOrderModel>(standing_tissue, make_standing_grid(range, 80'000));
+      std::make_shared<const FullOrderModel>(standing_tissue, make_shared_grid(range, 80'000));
   EXPECT_GE(standing->states(), 80'000U);
   const std::vector<double> times = {0.001, 0.004, 0.01, 0.1, 0.4};
   struct Case {
@@ -325,7 +325,7 @@ TEST(StandingGrid, IsWithinTwoPerMilleOfAFittedOne) {
   }
 }
 
-TEST(StandingGrid, RefusesAnotherDepthAndLayersThatConductDifferently) {
+TEST(SharedGrid, RefusesAnotherDepthAndLayersThatConductDifferently) {
   Tissue tissue = load_config("", {}).tissue;
   const FullOrderModel standing(tissue, GridSettings{.min_cells = 2000});
   Tissue deeper = tissue;

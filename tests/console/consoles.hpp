@@ -11,8 +11,8 @@
 #include "photocoag/console/desk.hpp"
 #include "photocoag/console/page_files.hpp"
 #include "photocoag/console/server.hpp"
+#include "photocoag/fault_table/raw_client.hpp"
 #include "photocoag/run/supervision.hpp"
-#include "photocoag/trials/raw_client.hpp"
 
 namespace photocoag::testing {
 

@@ -30,7 +30,7 @@ void expect_same_powers(const Treatment& one, const Treatment& other) {
   }
 }
 
-// Twenty treatments while clients come, misbehave and go: the same bits as with nobody looking on.
+// Twenty treatments while clients come, misbehave and go: the same bits as without observer.
 TEST(ConsolePowers, AreTheSameToTheLastBitWithHostileClients) {
   Eye eye;
   const std::atomic<bool> never{false};

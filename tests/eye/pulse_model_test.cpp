@@ -1,4 +1,4 @@
-// The reduced model and the witness with samples that are means over pulses, against pulses one by
+// The reduced model and the observer with samples that are means over pulses, against pulses one by
 // one.
 #include "photocoag/run/pulse_model.hpp"
 
@@ -22,7 +22,7 @@ TEST(PulseModel, AModeIsSeenAsPulsesSeeIt) {
       const double period = 1e-3;
       const double pulse_period = period / m;
       const double decay = std::exp(-rate * period);
-      const SeenMode seen = seen_by_pulses(decay, m);
+      const PulseAveragedMode seen = pulse_averaged_mode(decay, m);
       // x' = -rate x + u, from 0 with u = 3, then u = 2.
       const double whole = (1.0 - decay) / rate;
       double x = 0.0;
@@ -35,7 +35,7 @@ TEST(PulseModel, AModeIsSeenAsPulsesSeeIt) {
           << m << " " << rate;
     }
   }
-  EXPECT_EQ(seen_by_pulses(0.0, 4).before, 0.0) << "gone before any pulse could hear it";
+  EXPECT_EQ(pulse_averaged_mode(0.0, 4).before, 0.0) << "gone before any pulse could hear it";
 }
 
 TEST(PulseModel, TheModelFollowsThePulses) {
@@ -56,7 +56,7 @@ TEST(PulseModel, TheModelFollowsThePulses) {
   finest.evaluate(kAlpha, instant);
   const Eigen::VectorXd per_joule = instant.input / 1e-10;
 
-  ReducedPlant seen(seen_by_pulses(model, kPulses), kAlpha);
+  ReducedPlant seen(pulse_averaged_model(model, kPulses), kAlpha);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.order());
   for (const double power : {0.1, 0.1, 0.03, 0.0, 0.05}) {
     double mean = 0.0;
@@ -70,16 +70,16 @@ TEST(PulseModel, TheModelFollowsThePulses) {
   }
 }
 
-// The witness has its numbers from elsewhere: it must hear what pulses hear of the full model.
-TEST(PulseModel, TheWitnessHearsWhatPulsesHear) {
+// The observer has its numbers from elsewhere: it must hear what pulses hear of the full model.
+TEST(PulseModel, TheObserverHearsWhatPulsesHear) {
   constexpr int kPulses = 10;
   const Tissue tissue = normalized(Tissue{});
   const auto full = std::make_shared<const FullOrderModel>(tissue, GridSettings{20000});
-  const WitnessModel data =
-      witness_model(tissue, {}, 1e-3, Discretization::kZeroOrderHold, 0.1, kPulses);
+  const ObserverModel data =
+      observer_model(tissue, {}, 1e-3, Discretization::kZeroOrderHold, 0.1, kPulses);
   for (const double alpha : {0.5, 1.1, 1.6}) {
     PulsedTissue eye(full, 1e-3 / kPulses, alpha, GrueneisenCurve(water_like_curve()));
-    Witness witness(data, 0.02, 0.01);
+    MultiModelObserver observer(data, 0.02, 0.01);
     for (int k = 0; k < 100; ++k) {
       const double power = k % 30 < 20 ? 0.03 : 0.01;
       double heard = 0.0;
@@ -87,13 +87,13 @@ TEST(PulseModel, TheWitnessHearsWhatPulsesHear) {
         heard += eye.before().volume / kPulses;
         eye.pulse(power * 1e-3 / kPulses);
       }
-      witness.emit(power);
+      observer.emit(power);
       if (k == 0) continue;  // its first pulse has heard nothing at all
-      EXPECT_LT(witness.compare(heard).outside, 0.5) << alpha << ' ' << k;
-      witness.learn(heard);
-      EXPECT_GT(witness.absorption_high(), 0.99 * alpha) << k;
+      EXPECT_LT(observer.compare(heard).outside, 0.5) << alpha << ' ' << k;
+      observer.update(heard);
+      EXPECT_GT(observer.absorption_high(), 0.99 * alpha) << k;
     }
-    EXPECT_LT(witness.absorption_high(), 1.08 * alpha);
+    EXPECT_LT(observer.absorption_high(), 1.08 * alpha);
   }
 }
 
@@ -103,11 +103,11 @@ TEST(PulseModel, HeatYoungerThanAPulsePeriodIsThatOfTheFullModel) {
   const auto full = coarse_full_model(normalized(Tissue{}));
   const ReducedModel model = coarse_model(normalized(Tissue{}));
   const double pulse_period = model.period / kPulses;
-  const PulseFeed feed = feed_of_fresh_heat(full, model, kPulses);
+  const PromptFeedthrough feed = prompt_feedthrough(full, model, kPulses);
   // Root mean square difference between what pulses hear and what the model says they do, relative.
-  const auto misfit = [&](double alpha, const PulseFeed& with) {
+  const auto misfit = [&](double alpha, const PromptFeedthrough& with) {
     PulsedTissue tissue(full, pulse_period, alpha, GrueneisenCurve(water_like_curve()));
-    ReducedPlant seen(seen_by_pulses(model, kPulses, with), alpha);
+    ReducedPlant seen(pulse_averaged_model(model, kPulses, with), alpha);
     double squares = 0.0;
     double largest = 0.0;
     for (int k = 0; k < 100; ++k) {
@@ -129,8 +129,8 @@ TEST(PulseModel, HeatYoungerThanAPulsePeriodIsThatOfTheFullModel) {
     EXPECT_LT(misfit(alpha, feed), 0.7 * misfit(alpha, {})) << alpha;
     EXPECT_LT(feed(alpha), -0.5) << alpha << ": K/W, the model of few states shows too much";
     // The nearest combination of the model's terms is near.
-    ReducedPlant with(seen_by_pulses(model, kPulses, feed), alpha);
-    ReducedPlant without(seen_by_pulses(model, kPulses), alpha);
+    ReducedPlant with(pulse_averaged_model(model, kPulses, feed), alpha);
+    ReducedPlant without(pulse_averaged_model(model, kPulses), alpha);
     with.step(1.0);
     without.step(1.0);
     EXPECT_NEAR(with.outputs().volume - without.outputs().volume, feed(alpha),
@@ -138,18 +138,19 @@ TEST(PulseModel, HeatYoungerThanAPulsePeriodIsThatOfTheFullModel) {
         << alpha;
   }
   EXPECT_NEAR(feed(1.1), -6.0, 1.0) << "docs/photoacoustics.md (P9)";
-  EXPECT_FALSE(feed_of_fresh_heat(full, model, 1)) << "a single pulse hears none of its period";
+  EXPECT_FALSE(prompt_feedthrough(full, model, 1)) << "a single pulse hears none of its period";
 }
 
 TEST(PulseModel, WhatCannotBeSeenIsRefused) {
   ReducedModel euler = coarse_model({}, 1e-3, Discretization::kImplicitEuler);
-  EXPECT_NE(message_of([&] { seen_by_pulses(euler, 10); }).find("zero-order-hold"),
+  EXPECT_NE(message_of([&] { pulse_averaged_model(euler, 10); }).find("zero-order-hold"),
             std::string::npos);
   ReductionSettings large;
   large.order = 8;
   const ReducedModel eight =
       reduce(coarse_full_model(), large, 1e-3, Discretization::kZeroOrderHold);
-  EXPECT_NE(message_of([&] { seen_by_pulses(eight, 10); }).find("model.order"), std::string::npos);
+  EXPECT_NE(message_of([&] { pulse_averaged_model(eight, 10); }).find("model.order"),
+            std::string::npos);
 }
 
 }  // namespace

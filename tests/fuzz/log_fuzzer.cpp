@@ -11,7 +11,7 @@
 #include "photocoag/run/recover.hpp"
 #include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "photocoag/tables/table.hpp"
+#include "photocoag/run_files/table.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <set>
 
-#include "photocoag/trials/process_trials.hpp"
+#include "photocoag/fault_table/process_trials.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag {

@@ -36,9 +36,9 @@ constexpr double kTau = 0.02;     // s
 
 /// A supervisor that knows the example's lump of tissue.
 Supervisor supervisor_of_the_example() {
-  WitnessModel model;
+  ObserverModel model;
   model.decay[0] = std::exp(-kPeriod / kTau);
-  for (std::size_t j = 0; j < kWitnessAbsorptions; ++j) {
+  for (std::size_t j = 0; j < kObserverAbsorptions; ++j) {
     model.absorption[j] = 0.5 + 0.02 * static_cast<double>(j);
     model.volume[j][0] = model.absorption[j] * kGain * (1.0 - model.decay[0]);
     model.peak[j][0] = model.volume[j][0];

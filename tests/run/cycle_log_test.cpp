@@ -82,7 +82,7 @@ TEST(CycleLog, OfAKilledProgramSaysSo) {
   EXPECT_NE(summarize(shipped("paper-1khz.toml"), treatment).stopped_for.find("ended early"),
             std::string::npos);
   EXPECT_FALSE(treatment.log.trouble.empty());
-  // Numbers that no enumeration has, and a period that nobody has: no crash, no gigabytes.
+  // Out-of-range codes and an absurd period: no crash, no gigabytes.
   log.header.period = 1e9;
   field_named("solver_status")->set(log.records[0], static_cast<std::uint64_t>(-1));
   field_named("safety_state")->set(log.records[0], 99);

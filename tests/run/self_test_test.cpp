@@ -24,7 +24,7 @@ SafetyLimits limits_of(double noise) {
 }
 
 bool accepted(const SelfTestReport& report, const SafetyLimits& limits) {
-  Supervisor supervisor(limits, WitnessModel{});
+  Supervisor supervisor(limits, ObserverModel{});
   supervisor.power_on();
   return supervisor.finish_self_test(report);
 }
@@ -57,10 +57,10 @@ struct SlowToBegin {
 // sample would be one period old for ever.
 TEST(SelfTest, KnowsTheDevicesLastSampleAlsoIfAWaitBroughtNone) {
   SlowToBegin device;
-  Served served;
-  self_test(device, ControlSettings{}, true, served);
-  EXPECT_EQ(served.sequence, device.sequence);
-  EXPECT_EQ(served.cycles, device.sequence + 1);
+  DeviceCursor cursor;
+  self_test(device, ControlSettings{}, true, cursor);
+  EXPECT_EQ(cursor.sequence, device.sequence);
+  EXPECT_EQ(cursor.cycles, device.sequence + 1);
 }
 
 TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {

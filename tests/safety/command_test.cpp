@@ -212,10 +212,10 @@ TEST(DeviceCommand, WhatIsOnItsWayIsInTheGatesPrediction) {
   }
 }
 
-// The same with the witness alone: what the gate would do if it forgot what is on its way.
+// The same with the observer alone: what the gate would do if it forgot what is on its way.
 TEST(DeviceCommand, ForgettingWhatIsOnItsWayWouldOverheat) {
   const auto highest = [](bool awaits) {
-    Witness witness(witness_for(model_1khz()), 0.288, 0.01);
+    MultiModelObserver observer(observer_for(model_1khz()), 0.288, 0.01);
     ReducedPlant eye(model_1khz(), 1.7);
     double coming = 0.1;
     double emitted = 0.0;
@@ -223,11 +223,11 @@ TEST(DeviceCommand, ForgettingWhatIsOnItsWayWouldOverheat) {
     for (int k = 0; k < 300; ++k) {
       eye.step(emitted);
       peak = std::max(peak, eye.outputs().peak);
-      witness.emit(emitted);
-      if (awaits) witness.await(coming);
-      witness.learn(eye.outputs().volume);
+      observer.emit(emitted);
+      if (awaits) observer.queue(coming);
+      observer.update(eye.outputs().volume);
       emitted = coming;
-      coming = std::min(0.1, witness.power_for_peak(32.0));
+      coming = std::min(0.1, observer.power_for_peak(32.0));
     }
     return peak;
   };

@@ -14,13 +14,13 @@ namespace {
 struct Dose {
   SafetyLimits limits;
   SafetyLatch latch;
-  Witness witness{witness_for(model_1khz()), 0.288, 0.01};
+  MultiModelObserver observer{observer_for(model_1khz()), 0.288, 0.01};
   DoseCheck check;
   Dose() { latch.status.state = SafetyState::kTreating; }
 
   void period(double power, double on_its_way = 0.0) {
-    witness.emit(power);
-    check.account(power, power, on_its_way, witness, limits, latch);
+    observer.emit(power);
+    check.account(power, power, on_its_way, observer, limits, latch);
   }
   /// Periods with `power` until it ends.
   int periods(double power, double on_its_way = 0.0) {
@@ -70,7 +70,7 @@ TEST(DoseCheck, TheDoseIsThatOfTheHottestPlausiblePeak) {
   double before = 0.0;
   for (int k = 0; k < 40; ++k) {
     d.period(0.02);
-    const double peak = d.witness.peak_high();
+    const double peak = d.observer.peak_high();
     expected += damage_over(tissue, 37.0 + before, 37.0 + peak, d.limits.period);
     before = peak;
   }

@@ -16,7 +16,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 struct Estimates {
   SafetyLimits limits;
   SafetyLatch latch;
-  Witness witness{witness_for(model_1khz()), 0.288, 0.01};
+  MultiModelObserver observer{observer_for(model_1khz()), 0.288, 0.01};
   EstimateCheck check;
   std::int64_t cycle = 0;
   Estimates() { latch.status.state = SafetyState::kTreating; }
@@ -29,7 +29,9 @@ struct Estimates {
             .innovation = cycle % 2 == 0 ? 0.3 : -0.25,
             .innovation_sigma = 0.288};
   }
-  void judge(const ControllerReport& report) { check.check(report, cycle, witness, limits, latch); }
+  void judge(const ControllerReport& report) {
+    check.check(report, cycle, observer, limits, latch);
+  }
   bool treating() const { return latch.status.state == SafetyState::kTreating; }
   /// After 30 healthy cycles the spoiled report that stops is number …; 0: none of 50.
   template <typename Spoil>
@@ -95,17 +97,17 @@ TEST(EstimateCheck, InnovationsMayBeNeitherTooLargeNorTooSmall) {
       << "no sample was used";
 }
 
-TEST(EstimateCheck, ABadAbsorptionMakesTheWitnessForget) {
+TEST(EstimateCheck, ABadAbsorptionMakesTheObserverForget) {
   Estimates e;
   for (int k = 0; k < 50; ++k) {
-    e.witness.emit(0.02);
-    e.witness.learn(12.0);
+    e.observer.emit(0.02);
+    e.observer.update(12.0);
   }
-  const double before = e.witness.absorption_high();
+  const double before = e.observer.absorption_high();
   ControllerReport report = e.healthy();
   report.absorption = 5.0;
   e.judge(report);
-  EXPECT_GT(e.witness.absorption_high(), before);
+  EXPECT_GT(e.observer.absorption_high(), before);
 }
 
 TEST(EstimateCheck, NoLightInTheCycleOfAPeakThatIsTooHigh) {

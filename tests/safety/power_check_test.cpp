@@ -79,15 +79,15 @@ TEST(PowerCheck, TheLargerPowerCountsWhereTheyDiffer) {
 }
 
 TEST(PowerCheck, AnExcessThatOverheatsIsNotGivenASecondPeriod) {
-  Witness witness(witness_for(model_1khz()), 0.288, 0.01);
-  for (int k = 0; k < 100; ++k) witness.emit(0.015);  // warm; every absorption is plausible
+  MultiModelObserver observer(observer_for(model_1khz()), 0.288, 0.01);
+  for (int k = 0; k < 100; ++k) observer.emit(0.015);  // warm; every absorption is plausible
   const auto after = [&](double power) {
     Power p(0.015, 0.015);
     p.read(power);
-    p.check.check_excess({.power = power}, witness, p.limits, p.latch);
+    p.check.check_excess({.power = power}, observer, p.limits, p.latch);
     return p.treating();
   };
-  const double most = witness.power_for_peak(SafetyLimits{}.peak_max);
+  const double most = observer.power_for_peak(SafetyLimits{}.peak_max);
   ASSERT_GT(most, 0.0);
   ASSERT_LT(most, 0.09);
   EXPECT_TRUE(after(std::max(0.015, most - 1e-6)));

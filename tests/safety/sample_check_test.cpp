@@ -14,7 +14,7 @@ namespace {
 struct Samples {
   SafetyLimits limits;
   SafetyLatch latch;
-  Witness witness{witness_for(model_1khz()), 0.288, 0.01};
+  MultiModelObserver observer{observer_for(model_1khz()), 0.288, 0.01};
   SampleCheck check;
   std::int64_t cycle = 0;
   Samples() { latch.status.state = SafetyState::kTreating; }
@@ -29,7 +29,7 @@ struct Samples {
     s.time_ns = s.now_ns = cycle * 1'000'000;
     return s;
   }
-  SafetyReason judge(const DeviceSample& s) { return check.check(s, witness, limits, latch); }
+  SafetyReason judge(const DeviceSample& s) { return check.check(s, observer, limits, latch); }
   template <typename Spoil>
   SafetyReason spoiled(const Spoil& spoil) {
     DeviceSample s = good();

@@ -53,8 +53,8 @@ struct Bench {
 };
 
 TEST(SupervisorStates, OnlyTreatingEmits) {
-  const WitnessModel witness = witness_for(model_1khz());
-  Supervisor s(SafetyLimits{}, witness);
+  const ObserverModel observer = observer_for(model_1khz());
+  Supervisor s(SafetyLimits{}, observer);
   const ControllerReport wants{.command = 0.02, .absorption = 1.0};
   EXPECT_EQ(s.authorize(wants).power, 0.0) << "OFF";
   EXPECT_FALSE(s.ready());
@@ -74,9 +74,9 @@ TEST(SupervisorStates, OnlyTreatingEmits) {
 }
 
 TEST(SupervisorStates, EveryPartOfTheSelfTestCanRefuse) {
-  const WitnessModel witness = witness_for(model_1khz());
+  const ObserverModel observer = observer_for(model_1khz());
   const auto passes = [&](auto spoil) {
-    Supervisor s(SafetyLimits{}, witness);
+    Supervisor s(SafetyLimits{}, observer);
     s.power_on();
     SelfTestReport report = good_self_test();
     spoil(report);
@@ -135,7 +135,7 @@ TEST(SupervisorStates, ReleasedFootSwitchIsStandby) {
 
 TEST(SupervisorGate, AMillionWildCyclesWriteNothingBad) {
   // Any bit pattern in every number that comes from outside; restarted whenever it has stopped.
-  const WitnessModel witness = witness_for(model_1khz());
+  const ObserverModel observer = observer_for(model_1khz());
   SafetyLimits limits;
   limits.power_rise_max = 0.03;
   Draw draw(7);
@@ -147,7 +147,7 @@ TEST(SupervisorGate, AMillionWildCyclesWriteNothingBad) {
     if (kind < 0.9) return std::numeric_limits<double>::denorm_min();
     return draw.between(0.0999999, 0.1000001);
   };
-  Supervisor s(limits, witness);
+  Supervisor s(limits, observer);
   s.power_on();
   double last = 0.0;
   long emitted = 0;
@@ -225,7 +225,7 @@ struct FallbackBench : Bench {
     written = answer.power;
     return answer;
   }
-  double steady() { return std::min(written, supervisor.witness().steady_power(30.0)); }
+  double steady() { return std::min(written, supervisor.observer().steady_power(30.0)); }
 };
 
 TEST(SupervisorGate, TheFallbackBeginsWithTheLastGoodPlan) {

@@ -17,10 +17,10 @@ inline SelfTestReport good_self_test() {
           .log_has_room = true};
 }
 
-/// The witness of a model's tissue and time scheme.
-inline WitnessModel witness_for(const ReducedModel& model,
-                                const EstimatorSettings& estimator = {}) {
-  return witness_model(model.tissue, estimator, model.period, model.discretization);
+/// The observer of a model's tissue and time scheme.
+inline ObserverModel observer_for(const ReducedModel& model,
+                                  const EstimatorSettings& estimator = {}) {
+  return observer_model(model.tissue, estimator, model.period, model.discretization);
 }
 
 inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits limits = {}) {
@@ -28,7 +28,7 @@ inline Supervisor treating_supervisor(const ReducedModel& model, SafetyLimits li
   EstimatorSettings estimator;
   estimator.absorption_min = limits.absorption_min;
   estimator.absorption_max = limits.absorption_max;
-  Supervisor supervisor(limits, witness_for(model, estimator));
+  Supervisor supervisor(limits, observer_for(model, estimator));
   supervisor.power_on();
   supervisor.finish_self_test(good_self_test());
   supervisor.ready();

@@ -1,6 +1,6 @@
 // The whole fault table of docs/safety.md in virtual time, as `faults` runs it: five absorptions,
-// two horizons, 1 kHz and 250 Hz, with and without a delayed command. tests/trials has a part of
-// it.
+// two horizons, 1 kHz and 250 Hz, with and without a delayed command. tests/fault_table has a part
+// of it.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "photocoag/core/files.hpp"
-#include "photocoag/trials/fault_trials.hpp"
+#include "photocoag/fault_table/fault_trials.hpp"
 
 namespace photocoag {
 namespace {

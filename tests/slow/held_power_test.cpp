@@ -41,11 +41,11 @@ class BusyMachine {
 struct Rate {
   Config config;
   ModelStore models;
-  WitnessModel witness;
+  ObserverModel observer;
   explicit Rate(double period_ms)
       : config(load_config("", {fmt::format("control.period_ms={}", period_ms)})),
         models(config, true),
-        witness(witness_model(config)) {}
+        observer(observer_model(config)) {}
 };
 
 struct Peaks {
@@ -74,7 +74,7 @@ Peaks treat_on_a_busy_machine(bool held_power_is_checked, int treatments) {
     PacedEye device(eye, pace, period);
     SafetyLimits limits = safety_limits(config);
     limits.command_held = held_power_is_checked ? 1 : 0;
-    Supervisor supervisor(limits, rate.witness);
+    Supervisor supervisor(limits, rate.observer);
     supervisor.power_on();
     supervisor.finish_self_test(passed_self_test(limits.noise));
     supervisor.ready();

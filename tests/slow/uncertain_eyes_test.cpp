@@ -22,11 +22,11 @@ Campaign supervised() {
   return load_campaign(PHOTOCOAG_SOURCE_DIR "/studies/campaigns/uncertain-1khz-supervised.toml");
 }
 
-TEST(UncertainEyes, TheWitnessTakesTheChoroidAsUnknownIfThePriorHasIt) {
-  const WitnessModel witness = witness_model(supervised().config);
-  EXPECT_EQ(witness.choroids, kWitnessChoroids);
-  EXPECT_NEAR(witness.choroid.front(), 1000.0 / 2662.2, 1e-3);
-  EXPECT_NEAR(witness.choroid.back(), 8000.0 / 2662.2, 1e-2);
+TEST(UncertainEyes, TheObserverTakesTheChoroidAsUnknownIfThePriorHasIt) {
+  const ObserverModel observer = observer_model(supervised().config);
+  EXPECT_EQ(observer.choroids, kObserverChoroids);
+  EXPECT_NEAR(observer.choroid.front(), 1000.0 / 2662.2, 1e-3);
+  EXPECT_NEAR(observer.choroid.back(), 8000.0 / 2662.2, 1e-2);
 }
 
 Campaign unsupervised() {

@@ -11,7 +11,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/tables/hdf5_file.hpp"
+#include "photocoag/run_files/hdf5_file.hpp"
 
 namespace photocoag {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/standing_grid.hpp"
+#include "photocoag/fom/shared_grid.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 
@@ -175,8 +175,8 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
   stretch(tissue, range.depth);
   models.depth = range.depth;
   models.standing = std::make_shared<const FullOrderModel>(
-      tissue, make_standing_grid(range, campaign.config.grid.min_cells));
-  FullOrderModel(*models.standing, tissue);  // refuses what a standing grid cannot serve
+      tissue, make_shared_grid(range, campaign.config.grid.min_cells));
+  FullOrderModel(*models.standing, tissue);  // refuses what a shared grid cannot serve
   return models;
 }
 

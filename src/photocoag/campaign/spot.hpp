@@ -37,12 +37,12 @@ struct SpotRecord {
   std::vector<double> outcomes;  ///< NaN: has no value
 };
 
-/// What all spots share: the controller's model; the standing grid or the reduced eye.
+/// What all spots share: the controller's model; the shared grid or the reduced eye.
 struct SpotModels {
   ReducedModel controller;
   std::shared_ptr<const FullOrderModel> standing;  ///< null: the eye is reduced
   std::unique_ptr<ReducedModel> reduced_eye;
-  double depth = 0.0;                  ///< m, of the standing grid
+  double depth = 0.0;                  ///< m, of the shared grid
   std::optional<TissueMargin> margin;  ///< if the configuration declares [uncertainty]
 };
 

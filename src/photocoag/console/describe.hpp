@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
-#include "photocoag/machine/doctor.hpp"
+#include "photocoag/realtime_check/doctor.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/run/treatment.hpp"
 

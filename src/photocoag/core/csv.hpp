@@ -1,5 +1,5 @@
 // Role: setup; tables of comma-separated values, row by row (RFC 4180, one line a row): cells may
-// be in quotes. Used by run, report, tables.
+// be in quotes. Used by run, report, run_files.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Role: online; counts durations in bins of 1 us. Used by run, machine, eye.
+// Role: online; counts durations in bins of 1 us. Used by run, realtime_check, eye.
 // Real time: add() and skip() are noexcept, allocation-free. Threads: one owner.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Role: simulation and setup; when within its period a power acts and a sample is taken. Used by
-// the simulated eyes (fom, rom), by models that know of it and by the witness. Source:
+// the simulated eyes (fom, rom), by models that know of it and by the observer. Source:
 // docs/equations.md (E29). Units: fractions of the control period. Real time: noexcept, no
 // allocation.
 #pragma once

@@ -1,5 +1,5 @@
 // Role: offline; runs another program without a shell, for so long at most. Used by plot.cpp,
-// machine, trials, the benchmarks.
+// realtime_check, fault_table, the benchmarks.
 // Real-time promise: none (spawns, waits, allocates). Threads: may be called from any thread.
 #pragma once
 

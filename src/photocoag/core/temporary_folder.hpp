@@ -1,4 +1,4 @@
-// Role: setup; a new folder for what a command needs while it runs. Used by apps, trials.
+// Role: setup; a new folder for what a command needs while it runs. Used by apps, fault_table.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Role: setup; text that is, or claims to be, UTF-8. Used by config, tables, campaign.
+// Role: setup; text that is, or claims to be, UTF-8. Used by config, run_files, campaign.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Role: tests of safety; a controller whose answers are spoiled. Used by trials. Knows nothing of
-// the supervisor. Real time: noexcept, no allocation after construction.
+// Role: tests of safety; a controller whose answers are spoiled. Used by fault_table. Knows nothing
+// of the supervisor. Real time: noexcept, no allocation after construction.
 #pragma once
 
 #include "photocoag/faults/faulty_device.hpp"

@@ -1,5 +1,5 @@
 // Role: tests of safety; a device with a fault, and a diary of what it really emitted. Used by
-// trials. Knows nothing of the supervisor: shares only the device interface with it.
+// fault_table. Knows nothing of the supervisor: shares only the device interface with it.
 // Real time: noexcept, no allocation after construction.
 #pragma once
 

@@ -1,5 +1,5 @@
-// Role: tests of safety; which fault comes when. Used by faults, trials. Source: docs/safety.md,
-// fault table. Knows nothing of the supervisor.
+// Role: tests of safety; which fault comes when. Used by faults, fault_table. Source:
+// docs/safety.md, fault table. Knows nothing of the supervisor.
 #pragma once
 
 #include <cstdint>

@@ -32,25 +32,25 @@ struct Importer {
   }
 };
 
-struct Served {
+struct OpenInstance {
   Importer importer;
   FmuInstance instance;
 };
 
-Handles<Served>& all() {
-  static Handles<Served> handles;
+Handles<OpenInstance>& all() {
+  static Handles<OpenInstance> handles;
   return handles;
 }
 
 template <typename F>
 fmi3Status call(fmi3Instance handle, const char* function, F f) noexcept {
-  Served* served = all().find(handle);
-  if (served == nullptr) return fmi3Error;
+  OpenInstance* open = all().find(handle);
+  if (open == nullptr) return fmi3Error;
   try {
-    f(served->instance);
+    f(open->instance);
     return fmi3OK;
   } catch (const std::exception& error) {
-    served->importer.tell(function, error.what());
+    open->importer.tell(function, error.what());
     return fmi3Error;
   }
 }
@@ -137,9 +137,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
       throw photocoag::Error(
           "no event mode and no intermediate variables: see modelDescription.xml");
     }
-    auto served = std::make_unique<photocoag::Served>(
-        photocoag::Served{importer, FmuInstance(resources, token)});
-    fmi3Instance handle = all().add(std::move(served));
+    auto open = std::make_unique<photocoag::OpenInstance>(
+        photocoag::OpenInstance{importer, FmuInstance(resources, token)});
+    fmi3Instance handle = all().add(std::move(open));
     if (handle == nullptr) throw photocoag::Error("too many instances at a time");
     return handle;
   } catch (const std::exception& error) {

@@ -23,7 +23,7 @@ EyeSettings eye_settings(const Config& config) {
 std::optional<Supervisor> supervisor_of(const Config& config) {
   if (!config.safety.supervised) return {};
   const SafetyLimits limits = safety_limits(config);
-  Supervisor supervisor(limits, witness_model(config));
+  Supervisor supervisor(limits, observer_model(config));
   const SelfTestReport report = passed_self_test(config.plant.noise);
   supervisor.power_on();
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {

@@ -189,14 +189,14 @@ FullOrderModel::FullOrderModel(const FullOrderModel& standing, const Tissue& tis
                        [&t](const Layer& layer) { return t.thermal(layer).perfusion != 0.0; });
   };
   if (!separable_ || !standing.separable_ || perfused(tissue) || perfused(standing.tissue_)) {
-    throw Error("a standing grid needs layers that conduct alike, without perfusion");
+    throw Error("a shared grid needs layers that conduct alike, without perfusion");
   }
   double depth = 0.0;
   for (const Layer& layer : tissue.layers) depth += layer.thickness;
   constexpr double kRounding = 1e-9;  // of the sums of thicknesses
   if (std::abs(depth - grid_.axial.faces.back()) > kRounding * depth ||
       tissue.domain_radius != standing.tissue_.domain_radius) {
-    throw Error("a standing grid needs the same depth and domain radius");
+    throw Error("a shared grid needs the same depth and domain radius");
   }
   const double ratio = (thermal.conductivity / thermal.volumetric_heat_capacity) /
                        (before.conductivity / before.volumetric_heat_capacity);

@@ -1,5 +1,5 @@
 // Role: simulation; the full-order eye of a bench whose samples are late or means, whose power acts
-// late, or whose absorption drifts. Used by run, trials. Source: docs/equations.md (E29).
+// late, or whose absorption drifts. Used by run, fault_table. Source: docs/equations.md (E29).
 // Difference to FullOrderPlant: outputs between the ends of the periods and a source that changes,
 // both exact and in one step per period. Units: SI. Real time: step() is noexcept and does not
 // allocate.

@@ -1,5 +1,5 @@
 // Role: offline; the one table of a cycle's fields. Log, run.csv, HDF5 and MAT, replay and recovery
-// go through it: a new column is a row here. Used by log, run, tables. Real time: none.
+// go through it: a new column is a row here. Used by log, run, run_files. Real time: none.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ struct CycleField {
   FieldType type;
   InCsv in_csv;
   std::uint64_t (*get)(const LogRecord& record) noexcept;
-  /// A number that no enumeration has becomes its first value.
+  /// Out-of-range codes map to the first enumerator.
   void (*set)(LogRecord& record, std::uint64_t bits) noexcept;
   std::string_view (*word)(std::uint64_t bits) noexcept;  ///< null unless kWord
   std::string_view formerly;                              ///< name in logs before schema 4

@@ -1,5 +1,5 @@
 // Role: simulation; the simulated eye as a Device, in virtual time or paced by the clock. Used by
-// run, trials, tests. Real time: noexcept, no allocation; waits in wait_sample by design.
+// run, fault_table, tests. Real time: noexcept, no allocation; waits in wait_sample by design.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ class PacedEye {
   DeviceSample wait_sample(std::uint64_t cycle) noexcept {
     if (behind_ == 0) {
       const Tick tick = pace_.wait_for_end_of(static_cast<std::size_t>(cycle));
-      // More than the counter holds is for ever all the same.
+      // Saturates at the counter's maximum.
       behind_ = static_cast<std::uint32_t>(std::min<std::size_t>(tick.missed, UINT32_MAX));
       stop_ = tick.stop;
     } else {

@@ -1,5 +1,5 @@
 // Role: online; the closed loop of Algorithm 1 on any device, under a supervisor. Used by run,
-// trials, rt. Source: paper, Algorithm 1; order of a cycle: docs/safety.md. Real time: no
+// fault_table, rt. Source: paper, Algorithm 1; order of a cycle: docs/safety.md. Real time: no
 // allocation, lock or I/O of its own; the records' memory is there before.
 #pragma once
 
@@ -234,7 +234,7 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
   return outcome;
 }
 
-/// The same with nobody looking on.
+/// Overload without observer.
 template <Controlling C, Device D, Supervision S>
 LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
                      std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {

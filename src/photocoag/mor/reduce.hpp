@@ -17,7 +17,7 @@
 
 namespace photocoag {
 
-/// Told what is being done and how much of the whole is done, 0 to 1. May be empty.
+/// Progress callback: stage and fraction, 0 to 1. May be empty.
 using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 inline constexpr int kCheckedChoroids = 7;  ///< values of beta at which the error is measured

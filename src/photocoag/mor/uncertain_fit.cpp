@@ -10,7 +10,7 @@
 #include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/full_order_model.hpp"
-#include "photocoag/fom/standing_grid.hpp"
+#include "photocoag/fom/shared_grid.hpp"
 #include "photocoag/mor/parameter_dependence.hpp"
 
 namespace photocoag {
@@ -83,7 +83,7 @@ std::vector<double> point_of(const std::vector<UncertainQuantity>& quantities, s
   return log_q;
 }
 
-// The tissue of an eye on the standing grid: the last layer makes up for the others.
+// The tissue of an eye on the shared grid: the last layer makes up for the others.
 Tissue tissue_at(const Tissue& tissue, const std::vector<UncertainQuantity>& quantities,
                  const std::vector<double>& log_q, double depth) {
   Tissue eye = tissue;
@@ -314,7 +314,7 @@ UncertainModel fit_uncertain_model(const Tissue& tissue, const GridSettings& gri
     centre.push_back(0.5 * (std::log(q.low) + std::log(q.high)));
   }
   const Tissue middle = tissue_at(tissue, belief.quantities, centre, range.depth);
-  const FullOrderModel standing(middle, make_standing_grid(range, grid.min_cells));
+  const FullOrderModel standing(middle, make_shared_grid(range, grid.min_cells));
 
   const std::vector<double> times = log_spaced(period, std::max(kLongest, 10.0 * period), kTimes);
   const auto points_of = [&](std::uint64_t seed, std::size_t count) {

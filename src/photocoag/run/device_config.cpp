@@ -27,9 +27,9 @@ SafetyLimits device_limits(const Config& config) {
   return limits;
 }
 
-WitnessModel device_witness(const Config& config, int pulses) {
-  return witness_model(config.tissue, config.estimator, config.control.period,
-                       Discretization::kZeroOrderHold, config.control.power_max, pulses);
+ObserverModel device_observer(const Config& config, int pulses) {
+  return observer_model(config.tissue, config.estimator, config.control.period,
+                        Discretization::kZeroOrderHold, config.control.power_max, pulses);
 }
 
 int pulses_per_period(const Config& config) {

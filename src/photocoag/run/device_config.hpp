@@ -6,7 +6,7 @@
 #include "photocoag/photoacoustics/curve.hpp"
 #include "photocoag/run/device_address.hpp"
 #include "photocoag/safety/limits.hpp"
-#include "photocoag/safety/witness.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 
 namespace photocoag {
 
@@ -14,8 +14,8 @@ namespace photocoag {
 /// % per K when cold.
 void require_plausible(const GrueneisenCurve& curve, const Config& config);
 
-/// What the configuration must say for a device, said: an eye's samples are means over pulses of
-/// the normalised volume temperature. Throws Error if that is not possible.
+/// The configuration adapted to a device: an eye's samples are means over pulses of the normalised
+/// volume temperature. Throws Error if that is not possible.
 Config for_device(Config config, const DeviceAddress& device);
 
 /// s, that a simulated eye and its controller may stand still without real time.
@@ -24,9 +24,9 @@ inline constexpr double kEyeStall = 0.5;
 /// The supervisor's limits on a device.
 SafetyLimits device_limits(const Config& config);
 
-/// The witness on a device, which is exact in time whatever simulated eyes are set to; pulses as in
-/// witness_model.
-WitnessModel device_witness(const Config& config, int pulses = 0);
+/// The observer on a device, which is exact in time whatever simulated eyes are set to; pulses as
+/// in observer_model.
+ObserverModel device_observer(const Config& config, int pulses = 0);
 
 /// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.
 int pulses_per_period(const Config& config);

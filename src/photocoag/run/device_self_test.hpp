@@ -15,8 +15,8 @@
 
 namespace photocoag {
 
-/// Where the self-test has left a device.
-struct Served {
+/// Position in a device's sequence of cycles, samples and tokens.
+struct DeviceCursor {
   std::uint64_t cycles = 0;    ///< waited for, whether a sample came or not
   std::uint64_t sequence = 0;  ///< of the last sample
   std::uint64_t token = 0;
@@ -26,23 +26,23 @@ struct Served {
 /// less), and time to cool down. Throws DeviceError if the device vanishes.
 template <Device D>
 SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has_room,
-                         Served& served) {
+                         DeviceCursor& cursor) {
   constexpr std::size_t kSamples = 64;
   constexpr std::uint64_t kMostCycles = 512;
   const double little = std::min(1e-3, control.power_max);  // W
   std::vector<double> baseline;
   double power_at_zero = 0.0;
   const auto wait = [&] {
-    const DeviceSample sample = device.wait_sample(served.cycles++);
+    const DeviceSample sample = device.wait_sample(cursor.cycles++);
     if (sample.status == DeviceStatus::kGone) {
       throw DeviceError(ErrorParts{.where = "self-test", .problem = "the device has vanished"});
     }
-    if (sample.status == DeviceStatus::kGood) served.sequence = sample.sequence;
+    if (sample.status == DeviceStatus::kGood) cursor.sequence = sample.sequence;
     return sample;
   };
-  const auto write = [&](double power) { device.write_power(power, ++served.token); };
+  const auto write = [&](double power) { device.write_power(power, ++cursor.token); };
   write(0.0);
-  while (baseline.size() < kSamples && served.cycles < kMostCycles) {
+  while (baseline.size() < kSamples && cursor.cycles < kMostCycles) {
     const DeviceSample sample = wait();
     write(0.0);
     if (sample.periods_behind > 0) continue;

@@ -46,8 +46,8 @@ void of_the_device(F&& open) {
   }
 }
 
-/// What every treatment gets from its caller.
-struct Surroundings {
+/// What every loop gets from its caller.
+struct LoopContext {
   const std::atomic<bool>& stop;
   std::atomic<std::size_t>& progress;
   LogWriter& log;
@@ -57,17 +57,17 @@ struct Surroundings {
 };
 
 template <Controlling C, Device D>
-void treat_with(const Config& config, C& controller, D& device, WitnessModel witness,
-                const Surroundings& around, Treatment& treatment) {
+void treat_with(const Config& config, C& controller, D& device, ObserverModel observer,
+                const LoopContext& around, Treatment& treatment) {
   const double period = config.control.period;
-  Served served;
+  DeviceCursor cursor;
   constexpr bool kEye = std::is_same_v<D, EyeDevice>;
   bool timed = true;
   if constexpr (kEye) timed = !device.in_lockstep();
   if constexpr (kEye) device.begin(0);
-  const SelfTestReport report = self_test(device, config.control, around.log.healthy(), served);
+  const SelfTestReport report = self_test(device, config.control, around.log.healthy(), cursor);
   const auto loop = [&](auto& supervisor) {
-    ContinuedDevice continued(device, kEye ? 0 : served.sequence, served.token, config.cycles(),
+    ContinuedDevice continued(device, kEye ? 0 : cursor.sequence, cursor.token, config.cycles(),
                               around.stop);
     TreatmentObserver observer(period, timed, &around.log, GoalWatch(config), around.onlooker.live);
     if constexpr (kEye) device.begin(config.cycles());
@@ -88,7 +88,7 @@ void treat_with(const Config& config, C& controller, D& device, WitnessModel wit
     return loop(none);
   }
   const SafetyLimits limits = device_limits(config);
-  Supervisor supervisor(limits, witness);
+  Supervisor supervisor(limits, observer);
   supervisor.power_on();
   around.onlooker.tell(report, limits);
   if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
@@ -110,7 +110,7 @@ std::string device_name(const DeviceAddress& address) {
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-               const PulseFeed& feed, const Surroundings& around, Treatment& treatment) {
+               const PromptFeedthrough& feed, const LoopContext& around, Treatment& treatment) {
   const int pulses = pulses_per_period(config);
   const GrueneisenCurve curve(load_curve(config.photoacoustics.calibration));
   std::optional<EyeDevice> place;
@@ -148,10 +148,10 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
     if (pace.lockstep) device.follow_in_lockstep();
   });
   treatment.full_order_states = device.welcome().states;
-  const WitnessModel witness = device_witness(config, pulses);
-  BasicController<Mpc> controller(seen_by_pulses(model, pulses, feed), config.control,
+  const ObserverModel observer = device_observer(config, pulses);
+  BasicController<Mpc> controller(pulse_averaged_model(model, pulses, feed), config.control,
                                   config.estimator);
-  treat_with(config, controller, device, witness, around, treatment);
+  treat_with(config, controller, device, observer, around, treatment);
   treatment.prior_check = prior_check_of(controller.filter());
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = device_name(address),
@@ -176,7 +176,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
 }
 
 void treat_driver(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-                  const Surroundings& around, Treatment& treatment) {
+                  const LoopContext& around, Treatment& treatment) {
   const bool strict = config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
   std::optional<DriverDevice> place;
   of_the_device(
@@ -187,7 +187,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
       .name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
   BasicController<Mpc> controller(told_of(model, config.estimator.timing), config.control,
                                   config.estimator);
-  treat_with(config, controller, device, device_witness(config), around, treatment);
+  treat_with(config, controller, device, device_observer(config), around, treatment);
   treatment.prior_check = prior_check_of(controller.filter());
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);
@@ -200,9 +200,9 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
                                std::atomic<std::size_t>& progress,
                                const std::filesystem::path& log_folder, const Onlooker& onlooker) {
   const ReducedModel& model = models.reduced();
-  PulseFeed feed;
+  PromptFeedthrough feed;
   if (device.eye()) {
-    feed = feed_of_fresh_heat(models.model_full(), model, pulses_per_period(config));
+    feed = prompt_feedthrough(models.model_full(), model, pulses_per_period(config));
   }
   const auto log = start_log(config, models, log_folder,
                              device.eye() ? device_name(device) : "driver, " + device.path);
@@ -215,7 +215,7 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     const RealTime granted = request_real_time(config.safety.core);
     treatment.scheduling = granted.describe();
-    const Surroundings around{stop, progress, *log, onlooker, granted.fifo_priority, cores};
+    const LoopContext around{stop, progress, *log, onlooker, granted.fifo_priority, cores};
     try {
       if (device.eye()) {
         treat_eye(config, device, model, feed, around, treatment);

@@ -12,9 +12,9 @@
 
 namespace photocoag {
 
-SeenMode seen_by_pulses(double decay, int pulses) {
+PulseAveragedMode pulse_averaged_mode(double decay, int pulses) {
   const auto m = static_cast<double>(pulses);
-  SeenMode seen{.before = 0.0, .power = 0.0};
+  PulseAveragedMode seen{.before = 0.0, .power = 0.0};
   if (decay <= 0.0) return seen;             // gone before any pulse could hear it
   const double exponent = -std::log(decay);  // l T
   const double per_pulse = std::exp(-exponent / m);
@@ -79,7 +79,7 @@ std::vector<AbsorptionFactors> samples_of(const ReducedModel& model) {
 }
 
 // Terms of an input X so that C_vol(alpha, beta) X(alpha, beta) is `feed`, by least squares.
-Eigen::MatrixXd terms_of(const PulseFeed& feed, const ReducedModel& model) {
+Eigen::MatrixXd terms_of(const PromptFeedthrough& feed, const ReducedModel& model) {
   const Eigen::Index n = model.order();
   const Eigen::Index terms = model.terms();
   const std::vector<AbsorptionFactors> samples = samples_of(model);
@@ -110,8 +110,8 @@ Eigen::MatrixXd terms_of(const PulseFeed& feed, const ReducedModel& model) {
 
 }  // namespace
 
-PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const ReducedModel& model,
-                             int pulses) {
+PromptFeedthrough prompt_feedthrough(std::shared_ptr<const FullOrderModel> full,
+                                     const ReducedModel& model, int pulses) {
   if (pulses < 2 || !full->separable()) return {};
   const double pulse_period = model.period / pulses;
   const Eigen::VectorXd spot = full->beam().cwiseAbs2();
@@ -145,9 +145,9 @@ PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const R
 
 namespace {
 
-std::shared_ptr<const UncertainModel> seen_by_pulses(UncertainModel model, int pulses) {
+std::shared_ptr<const UncertainModel> pulse_averaged_model(UncertainModel model, int pulses) {
   for (const double rate : model.rates) {
-    const SeenMode seen = photocoag::seen_by_pulses(std::exp(-rate * model.period), pulses);
+    const PulseAveragedMode seen = pulse_averaged_mode(std::exp(-rate * model.period), pulses);
     model.seen_before.push_back(seen.before);
     model.seen_power.push_back(seen.power);
   }
@@ -156,7 +156,8 @@ std::shared_ptr<const UncertainModel> seen_by_pulses(UncertainModel model, int p
 
 }  // namespace
 
-ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed) {
+ReducedModel pulse_averaged_model(const ReducedModel& model, int pulses,
+                                  const PromptFeedthrough& feed) {
   const Eigen::Index n = model.order();
   if (2 * n > kMaxOrder) {
     throw Error(ErrorParts{.key = "model.order",
@@ -170,7 +171,7 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFe
   Eigen::VectorXd before(n);
   Eigen::VectorXd power(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const SeenMode seen = seen_by_pulses(modes.decay[i], pulses);
+    const PulseAveragedMode seen = pulse_averaged_mode(modes.decay[i], pulses);
     before[i] = seen.before;
     power[i] = seen.power;
   }
@@ -192,60 +193,61 @@ ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFe
   twice.C_volume.rightCols(n) = model.C_volume;
   twice.C_peak = StateVector::Zero(2 * n);
   twice.C_peak.head(n) = model.C_peak;
-  if (model.uncertain) twice.uncertain = seen_by_pulses(*model.uncertain, pulses);
+  if (model.uncertain) twice.uncertain = pulse_averaged_model(*model.uncertain, pulses);
   return twice;
 }
 
-void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& lags, double period) {
-  witness.averaged = true;
-  for (std::size_t i = 0; i < kWitnessModes; ++i) {
-    const SeenMode seen = seen_by_pulses(witness.decay[i], pulses);
-    witness.seen_before[i] = seen.before;
-    witness.seen_power[i] = seen.power;
+void average_over_pulses(ObserverModel& observer, int pulses, const crosscheck::LagSums& lags,
+                         double period) {
+  observer.averaged = true;
+  for (std::size_t i = 0; i < kObserverModes; ++i) {
+    const PulseAveragedMode seen = pulse_averaged_mode(observer.decay[i], pulses);
+    observer.seen_before[i] = seen.before;
+    observer.seen_power[i] = seen.power;
   }
   if (pulses < 2) return;
-  // As in feed_of_fresh_heat: few lags minus many.
+  // As in prompt_feedthrough: few lags minus many.
   const double pulse_period = period / pulses;
   const double share = (pulses - 1.0) / pulses;
   const auto relative = [pulse_period](double rate) {
     return rate * shortfall(rate, pulse_period);
   };
-  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
+  for (std::size_t j = 0; j < observer.absorptions * observer.choroids; ++j) {
     double difference = 0.0;
-    for (std::size_t i = 0; i < kWitnessModes; ++i) {
-      const double decay = witness.decay[i];
+    for (std::size_t i = 0; i < kObserverModes; ++i) {
+      const double decay = observer.decay[i];
       const double rate = -std::log(decay) / period;
-      difference += witness.volume[j][i] / (1.0 - decay) * relative(rate);
+      difference += observer.volume[j][i] / (1.0 - decay) * relative(rate);
     }
     for (std::size_t i = 0; i < lags.rate.size(); ++i) {
       difference -= lags.at[j].volume[i] * relative(lags.rate[i]);
     }
-    witness.seen_feed[j] = share * difference;
+    observer.seen_feed[j] = share * difference;
   }
 }
 
-void see_intersample(WitnessModel& witness, const IntersampleTiming& timing,
-                     const crosscheck::LagSums& lags, double period) {
+void average_between_samples(ObserverModel& observer, const IntersampleTiming& timing,
+                             const crosscheck::LagSums& lags, double period) {
   const Window window = sample_windows(timing).window[0];
-  witness.averaged = true;
-  for (std::size_t i = 0; i < kWitnessModes; ++i) {
+  observer.averaged = true;
+  for (std::size_t i = 0; i < kObserverModes; ++i) {
     // One that is gone within a period has no rate: it is at its steady state at once.
-    const double decay = witness.decay[i];
+    const double decay = observer.decay[i];
     const double exponent = decay > 0.0 ? -std::log(decay) : 0.0;
-    witness.seen_before[i] = decay > 0.0 ? mean_decay(exponent, window) : 0.0;
+    observer.seen_before[i] = decay > 0.0 ? mean_decay(exponent, window) : 0.0;
     const double rise = decay > 0.0 ? mean_rise(exponent, window) : 1.0;
-    witness.seen_power[i] = rise / (1.0 - decay);
+    observer.seen_power[i] = rise / (1.0 - decay);
   }
   // What few lags lump together is taken from the many.
-  for (std::size_t j = 0; j < witness.absorptions * witness.choroids; ++j) {
+  for (std::size_t j = 0; j < observer.absorptions * observer.choroids; ++j) {
     double difference = 0.0;
-    for (std::size_t i = 0; i < kWitnessModes; ++i) {
-      difference -= witness.volume[j][i] * witness.seen_power[i];
+    for (std::size_t i = 0; i < kObserverModes; ++i) {
+      difference -= observer.volume[j][i] * observer.seen_power[i];
     }
     for (std::size_t i = 0; i < lags.rate.size(); ++i) {
       difference += lags.at[j].volume[i] * mean_rise(lags.rate[i] * period, window);
     }
-    witness.seen_feed[j] = difference;
+    observer.seen_feed[j] = difference;
   }
 }
 

@@ -9,7 +9,7 @@
 #include "photocoag/crosscheck/lags.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/rom/reduced_model.hpp"
-#include "photocoag/safety/witness.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 
 namespace photocoag {
 
@@ -17,15 +17,15 @@ namespace photocoag {
 /// `decay` per period, each just before its own heat:
 ///   before * (the mode at the period's start) + power * (what the whole period adds to it),
 /// both as constant power would have made them.
-struct SeenMode {
+struct PulseAveragedMode {
   double before = 1.0;
   double power = 0.0;
 };
-SeenMode seen_by_pulses(double decay, int pulses);
+PulseAveragedMode pulse_averaged_mode(double decay, int pulses);
 
 /// K/W, by alpha and beta: how much more of the power of its own period a sample shows than the
 /// reduced model's modes say. Negative: less.
-using PulseFeed = std::function<double(AbsorptionFactors)>;
+using PromptFeedthrough = std::function<double(AbsorptionFactors)>;
 
 /// Each pulse hears the tissue before its own heat, and misses what constant power would show of
 /// heat younger than a pulse period. Most of that has already left the thin RPE: fast modes, which
@@ -33,21 +33,23 @@ using PulseFeed = std::function<double(AbsorptionFactors)>;
 ///   sum over the modes of c b (1/l - h / (e^(l h) - 1)),
 /// reduced minus full order, times (m - 1) / m: the first pulse of a period has heard none of its
 /// power yet. For one pulse per period, and for layers that conduct differently: nothing.
-PulseFeed feed_of_fresh_heat(std::shared_ptr<const FullOrderModel> full, const ReducedModel& model,
-                             int pulses);
+PromptFeedthrough prompt_feedthrough(std::shared_ptr<const FullOrderModel> full,
+                                     const ReducedModel& model, int pulses);
 
 /// The model with twice the states: the second half is what the pulses of the last period saw of
 /// the first, and the volume temperature is taken from it; `feed` (may be empty) comes on top, as
 /// the nearest combination of the model's terms. Estimators need nothing else: the derivative by
 /// alpha is the right one. Throws Error if the order is above 7, modes do not decay without
 /// oscillating, or the model is not exact for constant powers.
-ReducedModel seen_by_pulses(const ReducedModel& model, int pulses, const PulseFeed& feed = {});
+ReducedModel pulse_averaged_model(const ReducedModel& model, int pulses,
+                                  const PromptFeedthrough& feed = {});
 
-/// The same for the witness; what its few lags lump together is taken from the many.
-void see_pulses(WitnessModel& witness, int pulses, const crosscheck::LagSums& lags, double period);
+/// The same for the observer; what its few lags lump together is taken from the many.
+void average_over_pulses(ObserverModel& observer, int pulses, const crosscheck::LagSums& lags,
+                         double period);
 
 /// The same for samples that are late or means and powers that act late (core/intersample.hpp).
-void see_intersample(WitnessModel& witness, const IntersampleTiming& timing,
-                     const crosscheck::LagSums& lags, double period);
+void average_between_samples(ObserverModel& observer, const IntersampleTiming& timing,
+                             const crosscheck::LagSums& lags, double period);
 
 }  // namespace photocoag

@@ -101,16 +101,16 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const Config config = told_to_controller(asked, models.reduced());
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
-  PulseFeed feed;
-  if (pulses) feed = feed_of_fresh_heat(models.model_full(), models.reduced(), per_period);
-  const ReducedModel model = pulses ? seen_by_pulses(models.reduced(), per_period, feed)
+  PromptFeedthrough feed;
+  if (pulses) feed = prompt_feedthrough(models.model_full(), models.reduced(), per_period);
+  const ReducedModel model = pulses ? pulse_averaged_model(models.reduced(), per_period, feed)
                                     : told_of(models.reduced(), config.estimator.timing);
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");
   Supervisor supervisor(
       device ? device_limits(config) : safety_limits(config),
-      device ? device_witness(config, pulses ? per_period : 0) : witness_model(config));
+      device ? device_observer(config, pulses ? per_period : 0) : observer_model(config));
   supervisor.power_on();
   // The run has passed its self-test already.
   supervisor.finish_self_test(passed_self_test(config.plant.noise));

@@ -18,37 +18,38 @@
 namespace photocoag {
 namespace {
 
-// Of the witness's peak: of the cross-check itself, and of linear interpolation between
+// Of the observer's peak: of the cross-check itself, and of linear interpolation between
 // absorptions.
-constexpr double kWitnessError = 2e-3;
+constexpr double kObserverError = 2e-3;
 
-WitnessModel fitted_witness(const TissueReference& reference, bool both, double period,
-                            Discretization eye, double power_max, int pulses,
-                            const IntersampleTiming& timing) {
-  const crosscheck::FewLags lags = crosscheck::few_lags(reference.lags, kWitnessModes, eye, period);
-  WitnessModel witness;
-  std::copy(lags.decay.begin(), lags.decay.end(), witness.decay.begin());
-  witness.peak_error = kWitnessError;
-  witness.peak_error_K = power_max * lags.peak_error;
+ObserverModel fitted_observer(const TissueReference& reference, bool both, double period,
+                              Discretization eye, double power_max, int pulses,
+                              const IntersampleTiming& timing) {
+  const crosscheck::FewLags lags =
+      crosscheck::few_lags(reference.lags, kObserverModes, eye, period);
+  ObserverModel observer;
+  std::copy(lags.decay.begin(), lags.decay.end(), observer.decay.begin());
+  observer.peak_error = kObserverError;
+  observer.peak_error_K = power_max * lags.peak_error;
   if (both) {
-    witness.absorptions = kWitnessAbsorptions / 2;
-    witness.choroids = kWitnessChoroids;
+    observer.absorptions = kObserverAbsorptions / 2;
+    observer.choroids = kObserverChoroids;
     // The last 20 samples of a held temperature are one number for two unknowns: what told them
     // apart, the rise, has to count for longer.
-    witness.memory = 0.99;
+    observer.memory = 0.99;
   }
-  for (std::size_t j = 0; j < reference.witnessed; ++j) {
-    witness.absorption[j % witness.absorptions] = reference.at[j].alpha;
-    witness.choroid[j / witness.absorptions] = reference.at[j].beta;
+  for (std::size_t j = 0; j < reference.observed; ++j) {
+    observer.absorption[j % observer.absorptions] = reference.at[j].alpha;
+    observer.choroid[j / observer.absorptions] = reference.at[j].beta;
     const crosscheck::LagWeights& weights = lags.at[j];
-    std::copy(weights.volume.begin(), weights.volume.end(), witness.volume[j].begin());
-    std::copy(weights.peak.begin(), weights.peak.end(), witness.peak[j].begin());
+    std::copy(weights.volume.begin(), weights.volume.end(), observer.volume[j].begin());
+    std::copy(weights.peak.begin(), weights.peak.end(), observer.peak[j].begin());
     const std::vector<double>& gains = reference.lags.at[j].peak;
-    witness.steady_peak[j] = std::accumulate(gains.begin(), gains.end(), 0.0);
+    observer.steady_peak[j] = std::accumulate(gains.begin(), gains.end(), 0.0);
   }
-  if (pulses > 0) see_pulses(witness, pulses, reference.lags, period);
-  if (!timing.plain()) see_intersample(witness, timing, reference.lags, period);
-  return witness;
+  if (pulses > 0) average_over_pulses(observer, pulses, reference.lags, period);
+  if (!timing.plain()) average_between_samples(observer, timing, reference.lags, period);
+  return observer;
 }
 
 }  // namespace
@@ -79,14 +80,14 @@ SafetyLimits safety_limits(const Config& config) {
           .check_quiet = config.plant.noise > 0.0 ? 1 : 0};
 }
 
-WitnessModel witness_model(const Config& config, int pulses) {
-  return witness_model(config.tissue, config.estimator, config.control.period,
-                       config.plant.discretization, config.control.power_max, pulses);
+ObserverModel observer_model(const Config& config, int pulses) {
+  return observer_model(config.tissue, config.estimator, config.control.period,
+                        config.plant.discretization, config.control.power_max, pulses);
 }
 
-WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estimator, double period,
-                           Discretization eye, double power_max, int pulses) {
-  // Thousands of treatments of the same tissue ask for the same witness.
+ObserverModel observer_model(const Tissue& tissue, const EstimatorSettings& estimator,
+                             double period, Discretization eye, double power_max, int pulses) {
+  // Thousands of treatments of the same tissue ask for the same observer.
   struct Kept {
     std::shared_ptr<const TissueReference> reference;
     double period = 0.0;
@@ -94,7 +95,7 @@ WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estima
     double power_max = 0.0;
     int pulses = 0;
     IntersampleTiming timing;
-    std::shared_ptr<const WitnessModel> witness;
+    std::shared_ptr<const ObserverModel> observer;
   };
   static std::mutex mutex;
   static Kept kept;
@@ -102,17 +103,17 @@ WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estima
   const std::lock_guard lock(mutex);
   if (kept.reference != reference || kept.period != period || kept.eye != eye ||
       kept.power_max != power_max || kept.pulses != pulses || kept.timing != estimator.timing) {
-    const bool both = reference->at.front().beta != reference->at[reference->witnessed - 1].beta;
+    const bool both = reference->at.front().beta != reference->at[reference->observed - 1].beta;
     kept = {reference,
             period,
             eye,
             power_max,
             pulses,
             estimator.timing,
-            std::make_shared<const WitnessModel>(fitted_witness(
+            std::make_shared<const ObserverModel>(fitted_observer(
                 *reference, both, period, eye, power_max, pulses, estimator.timing))};
   }
-  return *kept.witness;
+  return *kept.observer;
 }
 
 SelfTestReport self_test_of(const std::vector<double>& baseline) {

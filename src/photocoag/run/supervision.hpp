@@ -1,5 +1,5 @@
-// Role: setup; the supervisor's limits and its witness from the configuration. Used by run,
-// trials, tests. Units: SI.
+// Role: setup; the supervisor's limits and its observer from the configuration. Used by run,
+// fault_table, tests. Units: SI.
 #pragma once
 
 #include <string>
@@ -16,14 +16,15 @@ namespace photocoag {
 /// simulated eye (plant.noise_K).
 SafetyLimits safety_limits(const Config& config);
 
-/// The witness's numbers: the cross-check's responses of [tissue] (run/tissue_reference.hpp), with
+/// The observer's numbers: the cross-check's responses of [tissue] (run/tissue_reference.hpp), with
 /// few lags, in the time scheme of the eye (plant.discretization). Nothing of it comes from the
 /// controller's model. `pulses` above 0: samples are means over so many pulses per period (P9).
 /// Allocates; some 0.1 s the first time for a tissue.
-WitnessModel witness_model(const Config& config, int pulses = 0);
+ObserverModel observer_model(const Config& config, int pulses = 0);
 /// The same from what it depends on.
-WitnessModel witness_model(const Tissue& tissue, const EstimatorSettings& estimator, double period,
-                           Discretization eye, double power_max = 0.1, int pulses = 0);
+ObserverModel observer_model(const Tissue& tissue, const EstimatorSettings& estimator,
+                             double period, Discretization eye, double power_max = 0.1,
+                             int pulses = 0);
 
 /// Runs the self-test on `baseline` (samples of the cold eye at 0 W) and what else was found.
 SelfTestReport self_test_of(const std::vector<double>& baseline);

@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/safety/witness.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 
 namespace photocoag {
 namespace {
@@ -228,8 +228,8 @@ struct Judge {
   }
 };
 
-// What beta is to the witness, where it may not take it as known: estimated, or the absorption of a
-// layer that the prior has.
+// What beta is to the observer, where it may not take it as known: estimated, or the absorption of
+// a layer that the prior has.
 struct UnknownBeta {
   double low = 0.0;
   double high = 0.0;
@@ -282,10 +282,10 @@ std::shared_ptr<const TissueReference> tissue_reference(const Tissue& tissue,
   auto reference = std::make_shared<TissueReference>();
   const std::optional<UnknownBeta> beta = unknown_beta(tissue, estimator);
   reference->at = pairs(spread(estimator.absorption_min, estimator.absorption_max,
-                               beta ? kWitnessAbsorptions / 2 : kWitnessAbsorptions),
-                        beta ? spread(beta->low, beta->high, kWitnessChoroids)
+                               beta ? kObserverAbsorptions / 2 : kObserverAbsorptions),
+                        beta ? spread(beta->low, beta->high, kObserverChoroids)
                              : std::vector<double>{estimator.choroid_initial});
-  reference->witnessed = reference->at.size();
+  reference->observed = reference->at.size();
   for (const AbsorptionFactors at : checked_absorptions(estimator)) reference->at.push_back(at);
   reference->lags = crosscheck::tissue_lags(beta ? beta->tissue : tissue, reference->at, period);
   constexpr std::size_t kKept = 4;
@@ -302,7 +302,7 @@ void check_model(const ReducedModel& model, const Tissue& tissue,
   // The run that the stated error is of, if that is not absurd.
   const double run = std::clamp(model.error.duration, kLeastRun, 1.0) / model.period;
   const auto periods = static_cast<std::size_t>(std::clamp(std::round(run), 8.0, 10'000.0));
-  for (std::size_t j = reference->witnessed; j < reference->at.size(); ++j) {
+  for (std::size_t j = reference->observed; j < reference->at.size(); ++j) {
     const AbsorptionFactors at = reference->at[j];
     const BothOutputs both =
         responses_of(model, at, reference->lags.at[j], reference->lags.rate, periods);

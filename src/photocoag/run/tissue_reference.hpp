@@ -12,13 +12,14 @@
 
 namespace photocoag {
 
-/// Responses of [tissue] by the cross-check: of the witness's absorptions first, then of those that
-/// models are compared at. The witness's are spread evenly in logarithm between the estimator's
-/// bounds: alpha at the beta that the estimator is told, or all pairs, alpha running fastest, if it
-/// estimates both or the prior has the absorption of a layer. That absorption is beta then.
+/// Responses of [tissue] by the cross-check: of the observer's absorptions first, then of those
+/// that models are compared at. The observer's are spread evenly in logarithm between the
+/// estimator's bounds: alpha at the beta that the estimator is told, or all pairs, alpha running
+/// fastest, if it estimates both or the prior has the absorption of a layer. That absorption is
+/// beta then.
 struct TissueReference {
   std::vector<AbsorptionFactors> at;
-  std::size_t witnessed = 0;  ///< how many are the witness's
+  std::size_t observed = 0;  ///< how many are the observer's
   crosscheck::LagSums lags;
 };
 

@@ -59,13 +59,13 @@ SelfTestReport self_test_eye(const Config& config, bool log_has_room) {
 
 namespace {
 
-/// What every treatment gets from its caller.
-struct Surroundings {
+/// What every loop gets from its caller.
+struct LoopContext {
   Pacing pacing;
   const std::atomic<bool>& stop;
   std::atomic<std::size_t>& progress;
   LogWriter* log;  ///< may be null
-  const EyeDeviation& eye;
+  const PlantMismatch& eye;
   const Onlooker& onlooker = kNobody;
   const OwnParts& own = kNoOwnParts;
 
@@ -75,7 +75,7 @@ struct Surroundings {
 
 template <Controlling C, Plant P, Supervision S>
 void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
-               const Surroundings& around, Treatment& treatment) {
+               const LoopContext& around, Treatment& treatment) {
   const double period = config.control.period;
   auto& [pacing, stop, progress, log, options, onlooker, own] = around;
   TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config),
@@ -110,7 +110,7 @@ void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<
 }
 
 template <Controlling C, Plant P>
-void run(const Config& config, C& controller, P plant, const Surroundings& around,
+void run(const Config& config, C& controller, P plant, const LoopContext& around,
          Treatment& treatment) {
   SimulatedEye<P> eye(
       std::move(plant), config.plant.noise, config.run.seed,
@@ -126,7 +126,7 @@ void run(const Config& config, C& controller, P plant, const Surroundings& aroun
     return run_under(none, config, controller, eye, around, treatment);
   }
   const SafetyLimits limits = safety_limits(config);
-  Supervisor supervisor(limits, witness_model(config));
+  Supervisor supervisor(limits, observer_model(config));
   supervisor.power_on();
   const bool log_is_good = around.log == nullptr || around.log->healthy();
   const SelfTestReport report = around.eye.self_test ? self_test_eye(config, log_is_good)
@@ -167,7 +167,7 @@ namespace {
 // On the eye that is there: one's own, the full-order one, the reduced one.
 template <Controlling C>
 Treatment close_loop(const Config& config, C& controller, const EyeModel& eye,
-                     const Surroundings& around) {
+                     const LoopContext& around) {
   Treatment treatment;
   treatment.records.resize(config.cycles());
   if (around.own.plant) {
@@ -198,7 +198,7 @@ Treatment close_loop(const Config& config, C& controller, const EyeModel& eye,
 
 template <PredictiveController M>
 Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                     const Surroundings& around) {
+                     const LoopContext& around) {
   // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
   // and memory warm.
   std::optional<BasicController<M>> place;
@@ -212,7 +212,7 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
 }
 
 Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel& eye,
-                const Surroundings& around) {
+                const LoopContext& around) {
   if (around.own.controller) {
     OwnController controller = *around.own.controller;
     return close_loop(config, controller, eye, around);
@@ -248,7 +248,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
                            .accepted = "instant, or treat --device eye"});
   }
   const ReducedModel& model = models.reduced();
-  const EyeDeviation as_configured;
+  const PlantMismatch as_configured;
   std::optional<ReducedModel> plant;
   EyeModel eye;
   if (config.plant.model == PlantModel::kFull) {
@@ -267,7 +267,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
 }
 
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                       const EyeDeviation& options) {
+                       const PlantMismatch& options) {
   const std::atomic<bool> never{false};
   std::atomic<std::size_t> progress{0};
   return treat(config, model, eye, {Pacing::kVirtualTime, never, progress, nullptr, options});
@@ -276,10 +276,10 @@ Treatment simulate_eye(const Config& config, const ReducedModel& model, const Ey
 Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
                         const OwnParts& own, const std::atomic<bool>& stop,
                         std::atomic<std::size_t>& progress) {
-  const EyeDeviation as_configured;
+  const PlantMismatch as_configured;
   return treat(
       config, model, eye,
-      {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, Surroundings::kNobody, own});
+      {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, LoopContext::kNobody, own});
 }
 
 }  // namespace photocoag

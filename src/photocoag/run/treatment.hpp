@@ -93,8 +93,8 @@ struct EyeModel {
   const ReducedModel* reduced = nullptr;
 };
 
-/// What a study does to an eye that has no key in the configuration.
-struct EyeDeviation {
+/// How the simulated eye differs from the model where the configuration has no key for it.
+struct PlantMismatch {
   double sensor_gain = 1.0;    ///< error of the calibration, on top of plant.sample_gain
   double sensor_offset = 0.0;  ///< K
   std::optional<int> delay;    ///< periods, if not what control.delay_cycles says
@@ -102,9 +102,9 @@ struct EyeDeviation {
 };
 
 /// One treatment in virtual time on the calling thread with models that are there already; of
-/// the configuration's tissue only the supervisor's witness is made. Throws Error on bad settings.
+/// the configuration's tissue only the supervisor's observer is made. Throws Error on bad settings.
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                       const EyeDeviation& options = {});
+                       const PlantMismatch& options = {});
 
 /// The closed loop of run_treatment in virtual time on the calling thread, with parts of one's own
 /// in place of the controller or the eye's tissue. Throws Error before the loop only.

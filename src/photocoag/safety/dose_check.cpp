@@ -4,8 +4,9 @@
 
 namespace photocoag {
 
-void DoseCheck::account(double power, double written, double on_its_way, const Witness& witness,
-                        const SafetyLimits& limits, SafetyLatch& latch) noexcept {
+void DoseCheck::account(double power, double written, double on_its_way,
+                        const MultiModelObserver& observer, const SafetyLimits& limits,
+                        SafetyLatch& latch) noexcept {
   SafetyStatus& status = latch.status;
   status.energy += power * (1.0 + limits.power_accuracy) * limits.period;
   if (power > 0.0) status.exposure += limits.period;
@@ -14,7 +15,7 @@ void DoseCheck::account(double power, double written, double on_its_way, const W
                                      .end_point = {},
                                      .log_frequency = limits.dose_log_frequency,
                                      .activation_energy = limits.dose_activation_energy};
-    const double peak = limits.hidden_gain() * witness.peak_high();
+    const double peak = limits.hidden_gain() * observer.peak_high();
     status.dose += damage_over(tissue, limits.ambient_celsius + peak_before_,
                                limits.ambient_celsius + peak, limits.period);
     peak_before_ = peak;

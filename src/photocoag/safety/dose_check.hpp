@@ -4,17 +4,17 @@
 #pragma once
 
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 #include "photocoag/safety/status.hpp"
-#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
 class DoseCheck {
  public:
-  /// One period with `power`, W, which the witness knows already; the dose is that of its hottest
+  /// One period with `power`, W, which the observer knows already; the dose is that of its hottest
   /// plausible peak. `written`: W, the last power authorized; `on_its_way`: J, written already and
   /// not emitted yet. A treatment stops one period before the limit that the last power would pass.
-  void account(double power, double written, double on_its_way, const Witness& witness,
+  void account(double power, double written, double on_its_way, const MultiModelObserver& observer,
                const SafetyLimits& limits, SafetyLatch& latch) noexcept;
 
   /// W, what the limit of energy leaves for the next period.

@@ -5,22 +5,24 @@
 
 namespace photocoag {
 
-void EstimateCheck::check(const ControllerReport& report, std::int64_t cycle, Witness& witness,
-                          const SafetyLimits& limits, SafetyLatch& latch) noexcept {
+void EstimateCheck::check(const ControllerReport& report, std::int64_t cycle,
+                          MultiModelObserver& observer, const SafetyLimits& limits,
+                          SafetyLatch& latch) noexcept {
   if (report.restarted) {
     latch.notice(SafetyReason::kEstimatorRestart);
     if (++restarts_ > kRestartsMax) latch.safe_stop(SafetyReason::kEstimatorRestart);
   }
   const double settling = settling_;  // of the cycles before
-  check_absorption(report.absorption, cycle, witness, limits, latch);
-  if (report.updated) check_innovation(report, settling, witness, limits, latch);
+  check_absorption(report.absorption, cycle, observer, limits, latch);
+  if (report.updated) check_innovation(report, settling, observer, limits, latch);
   // NaN counts as too high.
   too_hot_ = !(report.peak <= limits.peak_max + kPeakEstimateExcess) ? too_hot_ + 1 : 0;
   if (too_hot_ > kPeakEstimatesMax) latch.safe_stop(SafetyReason::kEstimatedPeak);
 }
 
-void EstimateCheck::check_absorption(double absorption, std::int64_t cycle, Witness& witness,
-                                     const SafetyLimits& limits, SafetyLatch& latch) noexcept {
+void EstimateCheck::check_absorption(double absorption, std::int64_t cycle,
+                                     MultiModelObserver& observer, const SafetyLimits& limits,
+                                     SafetyLatch& latch) noexcept {
   const bool outside = !(absorption > limits.absorption_min && absorption < limits.absorption_max);
   const bool jumped =
       cycle > kAbsorptionSettled && std::abs(absorption - absorption_) > kAbsorptionJump;
@@ -31,7 +33,7 @@ void EstimateCheck::check_absorption(double absorption, std::int64_t cycle, Witn
   absorption_bad_ = outside || jumped ? absorption_bad_ + 1 : 0;
   if (absorption_bad_ > 0) {
     latch.notice(SafetyReason::kAbsorption);
-    witness.doubt();
+    observer.reset();
   }
   if (absorption_bad_ > kAbsorptionBadMax) latch.safe_stop(SafetyReason::kAbsorption);
 }
@@ -39,12 +41,12 @@ void EstimateCheck::check_absorption(double absorption, std::int64_t cycle, Witn
 // Innovations may be as large as the estimator expects, the calibrated noise, the model's error or
 // what the estimator's linearization has left. They are never smaller than the noise.
 void EstimateCheck::check_innovation(const ControllerReport& report, double settling,
-                                     const Witness& witness, const SafetyLimits& limits,
+                                     const MultiModelObserver& observer, const SafetyLimits& limits,
                                      SafetyLatch& latch) noexcept {
   const double square = report.innovation * report.innovation;
   const double noise = limits.noise * limits.noise;
   const double expected = report.innovation_sigma * report.innovation_sigma;
-  const double model = (limits.model_error + kSettlingShare * settling) * witness.volume_high();
+  const double model = (limits.model_error + kSettlingShare * settling) * observer.volume_high();
   innovations_.add(square);
   excess_.add(square / std::max({expected, noise, model * model}));
   const bool quiet =

@@ -7,9 +7,9 @@
 
 #include "photocoag/safety/controller_report.hpp"
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 #include "photocoag/safety/recent.hpp"
 #include "photocoag/safety/status.hpp"
-#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
@@ -26,16 +26,17 @@ inline constexpr double kSettlingShare = 0.25;
 class EstimateCheck {
  public:
   /// `cycle`: number of the samples checked so far.
-  void check(const ControllerReport& report, std::int64_t cycle, Witness& witness,
+  void check(const ControllerReport& report, std::int64_t cycle, MultiModelObserver& observer,
              const SafetyLimits& limits, SafetyLatch& latch) noexcept;
   /// The estimated peak lies over the limit, or is no number: no light in this cycle.
   bool too_hot() const noexcept { return too_hot_ > 0; }
 
  private:
-  void check_absorption(double absorption, std::int64_t cycle, Witness& witness,
+  void check_absorption(double absorption, std::int64_t cycle, MultiModelObserver& observer,
                         const SafetyLimits& limits, SafetyLatch& latch) noexcept;
-  void check_innovation(const ControllerReport& report, double settling, const Witness& witness,
-                        const SafetyLimits& limits, SafetyLatch& latch) noexcept;
+  void check_innovation(const ControllerReport& report, double settling,
+                        const MultiModelObserver& observer, const SafetyLimits& limits,
+                        SafetyLatch& latch) noexcept;
 
   int restarts_ = 0;
   int absorption_bad_ = 0;

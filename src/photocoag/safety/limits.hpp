@@ -31,7 +31,7 @@ struct SafetyLimits {
   double dose_max = 0.0;                ///< Arrhenius integral; 0: not limited
   double dose_log_frequency = 0.0;      ///< ln(A / (1/s))
   double dose_activation_energy = 0.0;  ///< J/mol
-  double model_error = 0.01;            ///< relative, of the witness's volume temperature
+  double model_error = 0.01;            ///< relative, of the observer's volume temperature
   double power_accuracy = 0.0;  ///< relative: the true power may be so much above the readback
   double gain_accuracy = 0.0;   ///< relative: the samples may be so much below the truth
   std::int64_t overruns_in_a_row_max = 1;  ///< one more stops
@@ -41,7 +41,7 @@ struct SafetyLimits {
       1;  ///< 1: a power lasts a period longer where the next write is missed
   std::int64_t check_quiet = 1;  ///< 0: a noise-free simulated eye, nothing is too quiet
 
-  /// How much hotter the tissue may be than the witness says, relative to its rise: by the power
+  /// How much hotter the tissue may be than the observer says, relative to its rise: by the power
   /// that the readback does not show before there are samples, and by what the samples do not show
   /// after. The peak grows less than the volume temperature with alpha, so that both together are
   /// not worse.

@@ -65,10 +65,10 @@ double PowerCheck::emitted(const Readback& readback, const SafetyLimits& limits)
   return readback_off_ > 0 ? std::max(readback.power, written_) : readback.power;
 }
 
-void PowerCheck::check_excess(const Readback& readback, const Witness& witness,
+void PowerCheck::check_excess(const Readback& readback, const MultiModelObserver& observer,
                               const SafetyLimits& limits, SafetyLatch& latch) const noexcept {
   if (readback_off_ == 0 || !known(readback, limits) || !(readback.power > written_)) return;
-  if (readback.power > witness.power_for_peak(limits.peak_max / limits.hidden_gain())) {
+  if (readback.power > observer.power_for_peak(limits.peak_max / limits.hidden_gain())) {
     latch.safe_stop(SafetyReason::kPowerReadback, true);
   }
 }

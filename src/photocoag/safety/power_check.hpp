@@ -8,8 +8,8 @@
 
 #include "photocoag/device/device.hpp"
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 #include "photocoag/safety/status.hpp"
-#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
@@ -30,8 +30,8 @@ class PowerCheck {
   double emitted(const Readback& readback, const SafetyLimits& limits) const noexcept;
   /// Power that is not what was commanded is given a second period, unless the same again
   /// overheats.
-  void check_excess(const Readback& readback, const Witness& witness, const SafetyLimits& limits,
-                    SafetyLatch& latch) const noexcept;
+  void check_excess(const Readback& readback, const MultiModelObserver& observer,
+                    const SafetyLimits& limits, SafetyLatch& latch) const noexcept;
   /// The period's sample lay behind: the write after it was missed.
   void end_period(bool behind, const SafetyLimits& limits) noexcept;
 

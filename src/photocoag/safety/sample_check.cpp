@@ -15,7 +15,7 @@ bool stale(const DeviceSample& sample, std::uint64_t expected, double period) no
 
 }  // namespace
 
-SafetyReason SampleCheck::check(const DeviceSample& sample, Witness& witness,
+SafetyReason SampleCheck::check(const DeviceSample& sample, MultiModelObserver& observer,
                                 const SafetyLimits& limits, SafetyLatch& latch) noexcept {
   ++expected_;
   if (sample.periods_behind > 0) {
@@ -31,11 +31,11 @@ SafetyReason SampleCheck::check(const DeviceSample& sample, Witness& witness,
   } else if (stale(sample, expected_, limits.period)) {
     reason = SafetyReason::kSampleStale;
   } else {
-    const WitnessResidual residual = witness.compare(sample.volume_temperature);
+    const ObserverResidual residual = observer.compare(sample.volume_temperature);
     watch_noise(residual.outside, latch);
     const bool rejected = residual.outside > kRejectAt;
     if (rejected) reason = SafetyReason::kSampleRejected;
-    witness.suspect(rejected && residual.above);
+    observer.suspect(rejected && residual.above);
   }
   // Stuck is judged on everything that looks like a sample.
   if (reason == SafetyReason::kNone || reason == SafetyReason::kSampleRejected) {

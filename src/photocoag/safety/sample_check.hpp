@@ -8,9 +8,9 @@
 
 #include "photocoag/device/device.hpp"
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 #include "photocoag/safety/recent.hpp"
 #include "photocoag/safety/status.hpp"
-#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
@@ -24,8 +24,8 @@ inline constexpr double kResidualLimit = 36.0;  ///< squared: one spike is no pr
 class SampleCheck {
  public:
   /// kNone: the sample may be used. Otherwise why not; counted, and stopped where it is too often.
-  SafetyReason check(const DeviceSample& sample, Witness& witness, const SafetyLimits& limits,
-                     SafetyLatch& latch) noexcept;
+  SafetyReason check(const DeviceSample& sample, MultiModelObserver& observer,
+                     const SafetyLimits& limits, SafetyLatch& latch) noexcept;
 
  private:
   void watch_noise(double residual, SafetyLatch& latch) noexcept;

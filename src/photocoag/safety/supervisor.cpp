@@ -23,8 +23,8 @@ SelfTestBounds self_test_bounds(const SafetyLimits& limits, int samples) noexcep
           .sigma_high = 2.0 * limits.noise + kRounding};
 }
 
-Supervisor::Supervisor(const SafetyLimits& limits, const WitnessModel& model) noexcept
-    : limits_(limits), model_(model), witness_(model, limits.noise, limits.model_error) {}
+Supervisor::Supervisor(const SafetyLimits& limits, const ObserverModel& model) noexcept
+    : limits_(limits), model_(model), observer_(model, limits.noise, limits.model_error) {}
 
 void Supervisor::power_on() noexcept {
   if (latch_.status.state == SafetyState::kOff) latch_.status.state = SafetyState::kSelfTest;
@@ -65,7 +65,7 @@ void Supervisor::reset() noexcept {
   latch_ = {};
   latch_.status.state = SafetyState::kSelfTest;
   memory_ = {};
-  witness_ = Witness(model_, limits_->noise, limits_->model_error);
+  observer_ = MultiModelObserver(model_, limits_->noise, limits_->model_error);
 }
 
 void Supervisor::finish() noexcept {
@@ -83,15 +83,15 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   memory_.power.check(readback, command, *limits_, latch_);
 
   const double power = memory_.power.emitted(readback, *limits_);
-  witness_.emit(power);
-  if (limits_->command_delay != 0) witness_.await(memory_.power.written());
-  memory_.dose.account(power, memory_.power.written(), memory_.power.on_its_way(*limits_), witness_,
-                       *limits_, latch_);
-  memory_.power.check_excess(readback, witness_, *limits_, latch_);
+  observer_.emit(power);
+  if (limits_->command_delay != 0) observer_.queue(memory_.power.written());
+  memory_.dose.account(power, memory_.power.written(), memory_.power.on_its_way(*limits_),
+                       observer_, *limits_, latch_);
+  memory_.power.check_excess(readback, observer_, *limits_, latch_);
 
-  const SafetyReason reason = memory_.sample.check(sample, witness_, *limits_, latch_);
+  const SafetyReason reason = memory_.sample.check(sample, observer_, *limits_, latch_);
   memory_.fresh_sample = reason == SafetyReason::kNone;
-  if (memory_.fresh_sample) witness_.learn(sample.volume_temperature);
+  if (memory_.fresh_sample) observer_.update(sample.volume_temperature);
   memory_.power.end_period(sample.periods_behind > 0, *limits_);
   return {.usable = memory_.fresh_sample, .reason = reason, .power = power};
 }
@@ -107,9 +107,9 @@ double Supervisor::fallback(SafetyReason reason) noexcept {
   const double planned = memory_.plan[static_cast<std::size_t>(memory_.fallbacks - 1)];
   const double gain = limits_->hidden_gain();
   const bool usable = reason != SafetyReason::kEstimatorRestart && planned >= 0.0 &&
-                      planned <= witness_.power_for_peak(limits_->peak_max / gain);
+                      planned <= observer_.power_for_peak(limits_->peak_max / gain);
   return std::min(memory_.power.written(),
-                  usable ? planned : witness_.steady_power(limits_->peak_reference / gain));
+                  usable ? planned : observer_.steady_power(limits_->peak_reference / gain));
 }
 
 Authorization Supervisor::choose(const ControllerReport& report) noexcept {
@@ -146,12 +146,12 @@ Authorization Supervisor::choose(const ControllerReport& report) noexcept {
   lower_to(written + limits_->power_rise_max, SafetyReason::kSlew);
   if (!memory_.fresh_sample) lower_to(written, SafetyReason::kCoasting);
   const double peak_max = limits_->peak_max / limits_->hidden_gain();
-  lower_to(witness_.power_for_peak(peak_max), SafetyReason::kPeakCeiling);
+  lower_to(observer_.power_for_peak(peak_max), SafetyReason::kPeakCeiling);
   if (limits_->command_held != 0) {
     // If the next write is missed, the device holds this power for one more period; if this one
     // comes late, the power before.
-    lower_to(witness_.held_power_for_peak(peak_max), SafetyReason::kPeakCeiling);
-    lower_to(witness_.late_power_for_peak(peak_max, written), SafetyReason::kPeakCeiling);
+    lower_to(observer_.held_power_for_peak(peak_max), SafetyReason::kPeakCeiling);
+    lower_to(observer_.late_power_for_peak(peak_max, written), SafetyReason::kPeakCeiling);
   }
   lower_to(DoseCheck::power_left(latch_.status, memory_.power.on_its_way(*limits_), *limits_),
            SafetyReason::kEnergy);
@@ -162,7 +162,7 @@ Authorization Supervisor::authorize(const ControllerReport& report) noexcept {
   const SafetyStatus& status = latch_.status;
   Authorization answer{.power = 0.0, .reason = SafetyReason::kNotTreating};
   if (status.state == SafetyState::kTreating) {
-    memory_.estimate.check(report, memory_.cycles, witness_, *limits_, latch_);
+    memory_.estimate.check(report, memory_.cycles, observer_, *limits_, latch_);
     if (status.state == SafetyState::kTreating) answer = choose(report);
   }
   // Whatever happened before: only TREATING emits, only finite powers within the limit.

@@ -2,7 +2,7 @@
 // States and gate are here; what is looked at is in device_check, clock_check, power_check,
 // sample_check, estimate_check and dose_check. Source: docs/safety.md (states, checks, fallback).
 // Shares no code and no state with estimator and optimisation: it sees their answers as plain
-// numbers (ControllerReport) and judges them by the device's own data and the witness. Units: SI.
+// numbers (ControllerReport) and judges them by the device's own data and the observer. Units: SI.
 // Real time: noexcept, bounded, allocation-free from the first call. Threads: one owner.
 #pragma once
 
@@ -16,10 +16,10 @@
 #include "photocoag/safety/dose_check.hpp"
 #include "photocoag/safety/estimate_check.hpp"
 #include "photocoag/safety/limits.hpp"
+#include "photocoag/safety/multi_model_observer.hpp"
 #include "photocoag/safety/power_check.hpp"
 #include "photocoag/safety/sample_check.hpp"
 #include "photocoag/safety/status.hpp"
-#include "photocoag/safety/witness.hpp"
 
 namespace photocoag {
 
@@ -60,7 +60,7 @@ SelfTestBounds self_test_bounds(const SafetyLimits& limits, int samples) noexcep
 /// One treatment: power_on, finish_self_test, ready, begin, then each cycle check and authorize.
 class Supervisor {
  public:
-  Supervisor(const SafetyLimits& limits, const WitnessModel& model) noexcept;
+  Supervisor(const SafetyLimits& limits, const ObserverModel& model) noexcept;
 
   void power_on() noexcept;                                      ///< OFF to SELFTEST
   bool finish_self_test(const SelfTestReport& report) noexcept;  ///< to STANDBY, or SAFE_STOP
@@ -76,7 +76,7 @@ class Supervisor {
   Authorization authorize(const ControllerReport& report) noexcept;
 
   const SafetyStatus& status() const noexcept { return latch_.status; }
-  const Witness& witness() const noexcept { return witness_; }
+  const MultiModelObserver& observer() const noexcept { return observer_; }
   GuardedLimits& limits_memory() noexcept { return limits_; }
 
  private:
@@ -99,8 +99,8 @@ class Supervisor {
   };
 
   GuardedLimits limits_;
-  WitnessModel model_;
-  Witness witness_;
+  ObserverModel model_;
+  MultiModelObserver observer_;
   SafetyLatch latch_;
   Memory memory_;
 };

@@ -83,7 +83,7 @@ Means session_means(const Session& session, const std::vector<Config>& configs,
     if (shared.full && !(shared.full->tissue() == config.plant.tissue)) {
       eye.full = std::make_shared<const FullOrderModel>(*shared.full, config.plant.tissue);
     }
-    EyeDeviation as_configured;
+    PlantMismatch as_configured;
     as_configured.self_test = false;
     const Treatment treatment = simulate_eye(config, shared.controller, eye, as_configured);
     earlier.push_back(outcome_of(config, treatment));

@@ -10,7 +10,7 @@
 
 #include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/build_info.hpp"
-#include "photocoag/tables/table.hpp"
+#include "photocoag/run_files/table.hpp"
 
 namespace photocoag {
 namespace {

@@ -70,7 +70,7 @@ std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
 Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed) {
   Config one = config;
   one.run.seed = seed;
-  EyeDeviation options;
+  PlantMismatch options;
   options.self_test = false;
   return trajectory_of(simulate_eye(
       one, models.reduced,
