@@ -5,54 +5,25 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/run/configured_eye.hpp"
 #include "photocoag/run/supervision.hpp"
 
 namespace photocoag {
 namespace {
 
-EyeSettings eye_settings(const Config& config) {
-  const BenchSettings& bench = config.plant.bench;
-  return {.delay = config.control.delay,
-          .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
-          .sensor_gain = bench.sample_gain,
-          .power_gain = bench.power_gain,
-          .power_lag = bench.timing.power_lag,
-          .readback = bench.readback == PowerReadback::kEmitted};
-}
-
 std::optional<Supervisor> supervisor_of(const Config& config) {
   if (!config.safety.supervised) return {};
-  const SafetyLimits limits = safety_limits(config);
-  Supervisor supervisor(limits, observer_model(config));
-  const SelfTestReport report = passed_self_test(config.plant.noise);
-  supervisor.power_on();
-  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw Error(not_ready(report, limits));
-  }
-  return supervisor;
+  return begun_supervisor(safety_limits(config), observer_model(config),
+                          passed_self_test(config.plant.noise));
 }
 
 }  // namespace
 
 EyePart::Eye EyePart::make(const FmuSetup& setup, const Config& config) {
-  const PlantSettings& plant = config.plant;
-  const auto eye = [&](auto tissue) {
-    return SimulatedEye(std::move(tissue), plant.noise, config.run.seed, eye_settings(config));
-  };
-  const double period = config.control.period;
-  const BenchSettings& bench = plant.bench;
-  if (bench.needs_intersample() && setup.full) {
-    return eye(IntersamplePlant(setup.full, period, plant.absorption(), bench.timing,
-                                bench.absorption_drift));
-  }
-  if (bench.needs_intersample()) {
-    return eye(ReducedIntersamplePlant(*setup.reduced, plant.absorption(), bench.timing,
-                                       bench.absorption_drift));
-  }
-  if (setup.full) {
-    return eye(FullOrderPlant(setup.full, plant.discretization, period, plant.absorption()));
-  }
-  return eye(ReducedPlant(*setup.reduced, plant.absorption()));
+  return with_plant(config, setup.full, setup.reduced.get(), [&](auto tissue) -> Eye {
+    return SimulatedEye(std::move(tissue), config.plant.noise, config.run.seed,
+                        eye_settings(config));
+  });
 }
 
 EyePart::EyePart(const FmuSetup& setup, const Config& config) : eye_(make(setup, config)) {

@@ -4,11 +4,9 @@
 #include <sys/prctl.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <limits>
 #include <optional>
-#include <span>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -24,8 +22,8 @@
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/device_self_test.hpp"
 #include "photocoag/run/eye_pacing.hpp"
-#include "photocoag/run/observer.hpp"
 #include "photocoag/run/pulse_model.hpp"
+#include "photocoag/run/supervised_loop.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/run/treatment_log.hpp"
 
@@ -46,54 +44,36 @@ void of_the_device(F&& open) {
   }
 }
 
-/// What every loop gets from its caller.
-struct LoopContext {
-  const std::atomic<bool>& stop;
-  std::atomic<std::size_t>& progress;
-  LogWriter& log;
-  const Onlooker& onlooker;
+/// What a treatment on a device gets from its caller.
+struct Attempt {
+  LoopContext context;
   bool priority;  // SCHED_FIFO was granted
   int cores;      // that the process may use
 };
 
 template <Controlling C, Device D>
-void treat_with(const Config& config, C& controller, D& device, ObserverModel observer,
-                const LoopContext& around, Treatment& treatment) {
-  const double period = config.control.period;
+void treat_with(const Config& config, C& controller, D& device, const ObserverModel& observer,
+                const LoopContext& context, Treatment& treatment) {
   DeviceCursor cursor;
   constexpr bool kEye = std::is_same_v<D, EyeDevice>;
   bool timed = true;
   if constexpr (kEye) timed = !device.in_lockstep();
   if constexpr (kEye) device.begin(0);
-  const SelfTestReport report = self_test(device, config.control, around.log.healthy(), cursor);
+  const SelfTestReport report = self_test(device, config.control, context.log_is_good(), cursor);
   const auto loop = [&](auto& supervisor) {
     ContinuedDevice continued(device, kEye ? 0 : cursor.sequence, cursor.token, config.cycles(),
-                              around.stop);
-    TreatmentObserver observer(period, timed, &around.log, GoalWatch(config), around.onlooker.live);
+                              context.stop);
     if constexpr (kEye) device.begin(config.cycles());
-    const auto begin = std::chrono::steady_clock::now();
-    const PageFaults before = page_faults();
-    treatment.outcome = run_loop(controller, continued, supervisor, period,
-                                 std::span(treatment.records), around.progress, observer);
-    treatment.page_faults = page_faults() - before;
-    treatment.histograms = observer.histograms();
-    treatment.goal = observer.goal();
-    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-    treatment.wall_seconds = wall.count();
+    close_loop(config, controller, continued, supervisor, timed, context, treatment);
     if (timed) treatment.timing = continued.timing();
-    treatment.records.resize(treatment.outcome.cycles);
   };
   if (!config.safety.supervised) {
     Unsupervised none;
     return loop(none);
   }
   const SafetyLimits limits = device_limits(config);
-  Supervisor supervisor(limits, observer);
-  supervisor.power_on();
-  around.onlooker.tell(report, limits);
-  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw DeviceError(not_ready(report, limits));
-  }
+  context.onlooker.tell(report, limits);
+  Supervisor supervisor = begun_supervisor<DeviceError>(limits, observer, report);
   loop(supervisor);
 }
 
@@ -110,7 +90,7 @@ std::string device_name(const DeviceAddress& address) {
 }
 
 void treat_eye(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-               const PromptFeedthrough& feed, const LoopContext& around, Treatment& treatment) {
+               const PromptFeedthrough& feed, const Attempt& attempt, Treatment& treatment) {
   const int pulses = pulses_per_period(config);
   const GrueneisenCurve curve(load_curve(config.photoacoustics.calibration));
   std::optional<EyeDevice> place;
@@ -139,7 +119,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
   set_last_resort([](void* d) noexcept { static_cast<EyeDevice*>(d)->safe_off(); }, &device);
   EyePace pace;
   of_the_device([&] {
-    pace = choose_pace(config, device.welcome(), around.priority, around.cores);
+    pace = choose_pace(config, device.welcome(), attempt.priority, attempt.cores);
     if (pace.lockstep) device.follow_in_lockstep();
     device.prepare(curve, {.ambient_celsius = config.tissue.ambient_celsius},
                    config.photoacoustics.baseline_pulses);
@@ -151,7 +131,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
   const ObserverModel observer = device_observer(config, pulses);
   BasicController<Mpc> controller(pulse_averaged_model(model, pulses, feed), config.control,
                                   config.estimator);
-  treat_with(config, controller, device, observer, around, treatment);
+  treat_with(config, controller, device, observer, attempt.context, treatment);
   treatment.prior_check = prior_check_of(controller.filter());
   const std::vector<PeriodTruth>& truth = device.finish_truth();
   DeviceReport report{.name = device_name(address),
@@ -176,7 +156,7 @@ void treat_eye(const Config& config, const DeviceAddress& address, const Reduced
 }
 
 void treat_driver(const Config& config, const DeviceAddress& address, const ReducedModel& model,
-                  const LoopContext& around, Treatment& treatment) {
+                  const Attempt& attempt, Treatment& treatment) {
   const bool strict = config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
   std::optional<DriverDevice> place;
   of_the_device(
@@ -187,7 +167,7 @@ void treat_driver(const Config& config, const DeviceAddress& address, const Redu
       .name = "driver, " + device.name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
   BasicController<Mpc> controller(told_of(model, config.estimator.timing), config.control,
                                   config.estimator);
-  treat_with(config, controller, device, device_observer(config), around, treatment);
+  treat_with(config, controller, device, device_observer(config), attempt.context, treatment);
   treatment.prior_check = prior_check_of(controller.filter());
   for (CycleRecord& record : treatment.records) record.truth = {.volume = kNaN, .peak = kNaN};
   set_last_resort([](void*) noexcept {}, nullptr);
@@ -215,12 +195,12 @@ Treatment run_device_treatment(const Config& config, const DeviceAddress& device
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     const RealTime granted = request_real_time(config.safety.core);
     treatment.scheduling = granted.describe();
-    const LoopContext around{stop, progress, *log, onlooker, granted.fifo_priority, cores};
+    const Attempt attempt{{stop, progress, log.get(), onlooker}, granted.fifo_priority, cores};
     try {
       if (device.eye()) {
-        treat_eye(config, device, model, feed, around, treatment);
+        treat_eye(config, device, model, feed, attempt, treatment);
       } else {
-        treat_driver(config, device, model, around, treatment);
+        treat_driver(config, device, model, attempt, treatment);
       }
     } catch (...) {
       failure = std::current_exception();

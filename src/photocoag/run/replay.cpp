@@ -108,14 +108,11 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");
-  Supervisor supervisor(
-      device ? device_limits(config) : safety_limits(config),
-      device ? device_observer(config, pulses ? per_period : 0) : observer_model(config));
-  supervisor.power_on();
   // The run has passed its self-test already.
-  supervisor.finish_self_test(passed_self_test(config.plant.noise));
-  supervisor.ready();
-  supervisor.begin(true);
+  Supervisor supervisor = begun_supervisor(
+      device ? device_limits(config) : safety_limits(config),
+      device ? device_observer(config, pulses ? per_period : 0) : observer_model(config),
+      passed_self_test(config.plant.noise));
   return compare(supervisor, config, model, cycles);
 }
 

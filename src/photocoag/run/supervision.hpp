@@ -42,4 +42,16 @@ std::vector<std::string> failed_items(const SelfTestReport& report, const Safety
 /// What to tell the user after a failed self-test.
 ErrorParts not_ready(const SelfTestReport& report, const SafetyLimits& limits);
 
+/// A supervisor that lets the treatment begin; throws `Refusal` if the self-test was not passed.
+template <typename Refusal = Error>
+Supervisor begun_supervisor(const SafetyLimits& limits, const ObserverModel& observer,
+                            const SelfTestReport& report) {
+  Supervisor supervisor(limits, observer);
+  supervisor.power_on();
+  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
+    throw Refusal(not_ready(report, limits));
+  }
+  return supervisor;
+}
+
 }  // namespace photocoag

@@ -3,20 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <thread>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/fom/intersample_plant.hpp"
-#include "photocoag/fom/stepper.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
 #include "photocoag/rom/intersample.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/real_time.hpp"
+#include "photocoag/run/configured_eye.hpp"
+#include "photocoag/run/supervised_loop.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/run/treatment_log.hpp"
 
@@ -59,83 +58,56 @@ SelfTestReport self_test_eye(const Config& config, bool log_has_room) {
 
 namespace {
 
-/// What every loop gets from its caller.
-struct LoopContext {
+/// What a simulated treatment gets from its caller.
+struct Simulation {
   Pacing pacing;
-  const std::atomic<bool>& stop;
-  std::atomic<std::size_t>& progress;
-  LogWriter* log;  ///< may be null
-  const PlantMismatch& eye;
-  const Onlooker& onlooker = kNobody;
+  LoopContext context;
+  const PlantMismatch& mismatch;
   const OwnParts& own = kNoOwnParts;
 
-  static inline const Onlooker kNobody{};
   static inline const OwnParts kNoOwnParts{};
 };
 
+const Onlooker kNobody{};
+
+// In virtual time on this thread; paced by the clock on one of its own.
 template <Controlling C, Plant P, Supervision S>
-void run_under(S& supervisor, const Config& config, C& controller, SimulatedEye<P>& eye,
-               const LoopContext& around, Treatment& treatment) {
+void pace_loop(const Config& config, C& controller, SimulatedEye<P>& eye, S& supervisor,
+               const Simulation& simulation, Treatment& treatment) {
   const double period = config.control.period;
-  auto& [pacing, stop, progress, log, options, onlooker, own] = around;
-  TreatmentObserver observer(period, pacing == Pacing::kClock, log, GoalWatch(config),
-                             onlooker.live);
-  const auto begin = std::chrono::steady_clock::now();
-  if (pacing == Pacing::kVirtualTime) {
-    VirtualPace pace(stop);
+  const LoopContext& context = simulation.context;
+  if (simulation.pacing == Pacing::kVirtualTime) {
+    VirtualPace pace(context.stop);
     PacedEye device(eye, pace, period);
-    treatment.outcome = run_loop(controller, device, supervisor, period,
-                                 std::span(treatment.records), progress, observer);
-  } else {
-    ClockPace pace(period, treatment.records.size(), stop);
-    PacedEye device(eye, pace, period);
-    RealTime granted;
-    std::thread loop([&, &done = progress] {
-      granted = request_real_time(config.safety.core);
-      const PageFaults before = page_faults();
-      pace.start();
-      treatment.outcome = run_loop(controller, device, supervisor, period,
-                                   std::span(treatment.records), done, observer);
-      treatment.page_faults = page_faults() - before;
-    });
-    loop.join();
-    treatment.scheduling = granted.describe();
-    treatment.timing = pace.timing();
-    treatment.histograms = observer.histograms();
+    return close_loop(config, controller, device, supervisor, false, context, treatment);
   }
-  treatment.goal = observer.goal();
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  treatment.wall_seconds = wall.count();
-  treatment.records.resize(treatment.outcome.cycles);
+  ClockPace pace(period, treatment.records.size(), context.stop);
+  PacedEye device(eye, pace, period);
+  std::thread([&] {
+    treatment.scheduling = request_real_time(config.safety.core).describe();
+    pace.start();
+    close_loop(config, controller, device, supervisor, true, context, treatment);
+  }).join();
+  treatment.timing = pace.timing();
 }
 
 template <Controlling C, Plant P>
-void run(const Config& config, C& controller, P plant, const LoopContext& around,
+void run(const Config& config, C& controller, P plant, const Simulation& simulation,
          Treatment& treatment) {
-  SimulatedEye<P> eye(
-      std::move(plant), config.plant.noise, config.run.seed,
-      {.delay = around.eye.delay.value_or(config.control.delay),
-       .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
-       .sensor_gain = config.plant.bench.sample_gain * around.eye.sensor_gain,
-       .sensor_offset = around.eye.sensor_offset,
-       .power_gain = config.plant.bench.power_gain,
-       .power_lag = config.plant.bench.timing.power_lag,
-       .readback = config.plant.bench.readback == PowerReadback::kEmitted});
+  const PlantMismatch& mismatch = simulation.mismatch;
+  SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed,
+                      eye_settings(config, mismatch));
   if (!config.safety.supervised) {
     Unsupervised none;
-    return run_under(none, config, controller, eye, around, treatment);
+    return pace_loop(config, controller, eye, none, simulation, treatment);
   }
   const SafetyLimits limits = safety_limits(config);
-  Supervisor supervisor(limits, observer_model(config));
-  supervisor.power_on();
-  const bool log_is_good = around.log == nullptr || around.log->healthy();
-  const SelfTestReport report = around.eye.self_test ? self_test_eye(config, log_is_good)
-                                                     : passed_self_test(config.plant.noise);
-  around.onlooker.tell(report, limits);
-  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
-    throw Error(not_ready(report, limits));
-  }
-  run_under(supervisor, config, controller, eye, around, treatment);
+  const SelfTestReport report = mismatch.self_test
+                                    ? self_test_eye(config, simulation.context.log_is_good())
+                                    : passed_self_test(config.plant.noise);
+  simulation.context.onlooker.tell(report, limits);
+  Supervisor supervisor = begun_supervisor(limits, observer_model(config), report);
+  pace_loop(config, controller, eye, supervisor, simulation, treatment);
 }
 
 }  // namespace
@@ -166,39 +138,24 @@ namespace {
 
 // On the eye that is there: one's own, the full-order one, the reduced one.
 template <Controlling C>
-Treatment close_loop(const Config& config, C& controller, const EyeModel& eye,
-                     const LoopContext& around) {
+Treatment treat_eye(const Config& config, C& controller, const EyeModel& eye,
+                    const Simulation& simulation) {
   Treatment treatment;
   treatment.records.resize(config.cycles());
-  if (around.own.plant) {
+  if (simulation.own.plant) {
     OwnController any(controller);
-    run(config, any, *around.own.plant, around, treatment);
+    run(config, any, *simulation.own.plant, simulation, treatment);
     return treatment;
   }
   treatment.full_order_states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
-  const PlantSettings& plant = config.plant;
-  const BenchSettings& bench = plant.bench;
-  const auto treat_eye = [&](auto simulated) {
-    run(config, controller, std::move(simulated), around, treatment);
-  };
-  if (bench.needs_intersample() && eye.full) {
-    treat_eye(IntersamplePlant(eye.full, config.control.period, plant.absorption(), bench.timing,
-                               bench.absorption_drift));
-  } else if (bench.needs_intersample()) {
-    treat_eye(ReducedIntersamplePlant(*eye.reduced, plant.absorption(), bench.timing,
-                                      bench.absorption_drift));
-  } else if (eye.full) {
-    treat_eye(
-        FullOrderPlant(eye.full, plant.discretization, config.control.period, plant.absorption()));
-  } else {
-    treat_eye(ReducedPlant(*eye.reduced, plant.absorption()));
-  }
+  with_plant(config, eye.full, eye.reduced,
+             [&](auto plant) { run(config, controller, std::move(plant), simulation, treatment); });
   return treatment;
 }
 
 template <PredictiveController M>
 Treatment treat_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                     const LoopContext& around) {
+                     const Simulation& simulation) {
   // A dummy cycle, then a new controller in the same place: the treatment's first cycle finds code
   // and memory warm.
   std::optional<BasicController<M>> place;
@@ -206,24 +163,24 @@ Treatment treat_with(const Config& config, const ReducedModel& model, const EyeM
   place->decide();
   place->step({.volume_temperature = 0.0, .applied_power = 0.0});
   BasicController<M>& controller = place.emplace(model, config.control, config.estimator);
-  Treatment treatment = close_loop(config, controller, eye, around);
+  Treatment treatment = treat_eye(config, controller, eye, simulation);
   treatment.prior_check = prior_check_of(controller.filter());
   return treatment;
 }
 
 Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel& eye,
-                const LoopContext& around) {
-  if (around.own.controller) {
-    OwnController controller = *around.own.controller;
-    return close_loop(config, controller, eye, around);
+                const Simulation& simulation) {
+  if (simulation.own.controller) {
+    OwnController controller = *simulation.own.controller;
+    return treat_eye(config, controller, eye, simulation);
   }
   const ReducedModel model = told_of(plain, config.estimator.timing);
 #if PHOTOCOAG_HAS_OSQP
   if (config.control.solver == SolverKind::kOsqp) {
-    return treat_with<SparseOsqpController>(config, model, eye, around);
+    return treat_with<SparseOsqpController>(config, model, eye, simulation);
   }
   if (config.control.solver == SolverKind::kOsqpCondensed) {
-    return treat_with<CondensedOsqpController>(config, model, eye, around);
+    return treat_with<CondensedOsqpController>(config, model, eye, simulation);
   }
 #endif
   if (config.control.solver != SolverKind::kDense) {
@@ -232,7 +189,7 @@ Treatment treat(const Config& config, const ReducedModel& plain, const EyeModel&
                  .found = "a solver that needs it",
                  .accepted = "dense"});
   }
-  return treat_with<ModelPredictiveController<DenseSolver>>(config, model, eye, around);
+  return treat_with<ModelPredictiveController<DenseSolver>>(config, model, eye, simulation);
 }
 
 }  // namespace
@@ -257,11 +214,11 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
     eye.reduced = &plant.emplace(models.plant_reduced());
   }
   if (log_folder.empty()) {
-    return treat(config, model, eye, {pacing, stop, progress, nullptr, as_configured, onlooker});
+    return treat(config, model, eye, {pacing, {stop, progress, nullptr, onlooker}, as_configured});
   }
   const auto log = start_log(config, models, log_folder, "", std::move(log_options));
   Treatment treatment =
-      treat(config, model, eye, {pacing, stop, progress, log.get(), as_configured, onlooker});
+      treat(config, model, eye, {pacing, {stop, progress, log.get(), onlooker}, as_configured});
   treatment.log = finish_log(*log);
   return treatment;
 }
@@ -270,16 +227,16 @@ Treatment simulate_eye(const Config& config, const ReducedModel& model, const Ey
                        const PlantMismatch& options) {
   const std::atomic<bool> never{false};
   std::atomic<std::size_t> progress{0};
-  return treat(config, model, eye, {Pacing::kVirtualTime, never, progress, nullptr, options});
+  return treat(config, model, eye,
+               {Pacing::kVirtualTime, {never, progress, nullptr, kNobody}, options});
 }
 
 Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
                         const OwnParts& own, const std::atomic<bool>& stop,
                         std::atomic<std::size_t>& progress) {
   const PlantMismatch as_configured;
-  return treat(
-      config, model, eye,
-      {Pacing::kVirtualTime, stop, progress, nullptr, as_configured, LoopContext::kNobody, own});
+  return treat(config, model, eye,
+               {Pacing::kVirtualTime, {stop, progress, nullptr, kNobody}, as_configured, own});
 }
 
 }  // namespace photocoag
