@@ -13,6 +13,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/percentile.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/spots.hpp"
 #include "photocoag/run/tissue_margin.hpp"
@@ -20,11 +21,6 @@
 
 namespace photocoag {
 namespace {
-
-double quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 std::vector<double> column(const std::vector<SpotOutcome>& spots, double SpotOutcome::*member) {
   std::vector<double> values;
@@ -44,9 +40,10 @@ void print_row(const std::string& name, const std::vector<SpotOutcome>& spots) {
   const auto held = column(spots, &SpotOutcome::held_mean);
   const auto rms = column(spots, &SpotOutcome::rms_error);
   print("{:<22}{:>6}{:>9.2f}{:>9.2f}{:>8.1f}{:>8.1f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>9.1f}\n",
-        name, violating, quantile(peaks, 0.99), quantile(peaks, 1.0), 1e3 * quantile(times, 0.5),
-        1e3 * quantile(times, 0.99), quantile(held, 0.01), quantile(held, 0.99), quantile(rms, 0.5),
-        quantile(rms, 0.99), 100.0 * quantile(alpha_errors, 0.99));
+        name, violating, percentile(peaks, 0.99), percentile(peaks, 1.0),
+        1e3 * percentile(times, 0.5), 1e3 * percentile(times, 0.99), percentile(held, 0.01),
+        percentile(held, 0.99), percentile(rms, 0.5), percentile(rms, 0.99),
+        100.0 * percentile(alpha_errors, 0.99));
 }
 
 std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& spots) {

@@ -5,11 +5,12 @@
 
 #include <time.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "photocoag/core/percentile.hpp"
 
 namespace photocoag::benchmarks {
 
@@ -35,9 +36,9 @@ class Samples {
   void add(double us) { us_.push_back(us); }
 
   double first() const { return us_.front(); }
-  double median() const { return quantile(0.5); }
-  double p99() const { return quantile(0.99); }
-  double max() const { return quantile(1.0); }
+  double median() const { return percentile(us_, 0.5); }
+  double p99() const { return percentile(us_, 0.99); }
+  double max() const { return percentile(us_, 1.0); }
   std::size_t count() const { return us_.size(); }
 
   Json json(const std::string& name) const {
@@ -46,13 +47,6 @@ class Samples {
   }
 
  private:
-  double quantile(double fraction) const {
-    std::vector<double> sorted = us_;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted[static_cast<std::size_t>(fraction * static_cast<double>(sorted.size() - 1) +
-                                           0.5)];
-  }
-
   std::vector<double> us_;
 };
 

@@ -5,6 +5,9 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <utility>
+
+#include "photocoag/core/percentile.hpp"
 
 namespace photocoag {
 namespace {
@@ -101,8 +104,7 @@ double rank_correlation(const std::vector<double>& x, const std::vector<double>&
 double quantile(std::vector<double> values, double fraction) {
   values = finite(values);
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
+  return percentile(std::move(values), fraction);
 }
 
 std::pair<double, double> mean_and_deviation(const std::vector<double>& values) {

@@ -34,12 +34,7 @@ struct Bench {
 };
 
 Supervisor treating(const SafetyLimits& limits, const ObserverModel& observer) {
-  Supervisor supervisor(limits, observer);
-  supervisor.power_on();
-  supervisor.finish_self_test(passed_self_test(limits.noise));
-  supervisor.ready();
-  supervisor.begin(true);
-  return supervisor;
+  return begun_supervisor(limits, observer, passed_self_test(limits.noise));
 }
 
 SafetyLimits limits_for(const Bench& bench, const FaultCase& test) {
@@ -260,7 +255,7 @@ Bench make_bench(ModelStore& models, const Config& config) {
   FaultCase nominal;
   nominal.injection.start = kNominalCycles - kAfter;
   for (const CycleRecord& record : run_one(bench, nominal, Unsupervised{}).records) {
-    if (record.decision.limit_active || record.truth.peak >= 0.95 * config.control.peak_reference) {
+    if (record.decision.limit_active || reached(record.truth.peak, config.control.peak_reference)) {
       bench.at_limit = static_cast<std::uint64_t>(record.cycle);
       break;
     }

@@ -6,6 +6,8 @@
 #include <cctype>
 #include <cmath>
 
+#include "photocoag/core/outputs.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -100,7 +102,7 @@ Verdict judge(const RunLog& log, const RunSummary& summary, const RunConfig& con
                         peak.name, decisive(peak.value, summary.limit_K)),
             true};
   const bool reached = summary.peak_true_max_K ? summary.time_to_95_percent_s.has_value()
-                                               : peak.value >= 0.95 * reference;
+                                               : photocoag::reached(peak.value, reference);
   const bool steady = summary.rms_error_after_50_ms_K.value_or(0.0) <= 0.05 * reference;
   const std::string by = summary.peak_true_max_K ? "" : ", by the estimate";
   if (!reached)

@@ -13,6 +13,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/percentile.hpp"
 #include "photocoag/mpc/chance.hpp"
 #include "photocoag/run/run_csv.hpp"
 
@@ -23,14 +24,11 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 // Median, 99 %, worst and first of durations in ns, in us.
-Json percentiles_us(std::vector<std::int64_t> ns) {
+Json percentiles_us(const std::vector<std::int64_t>& ns) {
   if (ns.empty()) return Json::object();
   const double first = static_cast<double>(ns.front()) * 1e-3;
-  std::sort(ns.begin(), ns.end());
   const auto at = [&ns](double fraction) {
-    const auto index =
-        static_cast<std::size_t>(fraction * static_cast<double>(ns.size() - 1) + 0.5);
-    return static_cast<double>(ns[index]) * 1e-3;
+    return static_cast<double>(percentile(ns, fraction)) * 1e-3;
   };
   return {{"median", at(0.5)}, {"p99", at(0.99)}, {"max", at(1.0)}, {"first", first}};
 }
@@ -87,7 +85,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     numbers.peak_estimate_max = std::max(numbers.peak_estimate_max, record.estimate.outputs.peak);
     numbers.limit_violations += peak > numbers.limit ? 1 : 0;
     numbers.limit_active_cycles += record.decision.limit_active ? 1 : 0;
-    if (!numbers.time_to_95_percent && peak >= 0.95 * config.control.peak_reference) {
+    if (!numbers.time_to_95_percent && reached(peak, config.control.peak_reference)) {
       numbers.time_to_95_percent = record.time;
     }
     if (!std::isfinite(peak)) continue;  // a device does not tell

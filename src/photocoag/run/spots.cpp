@@ -1,14 +1,14 @@
 #include "photocoag/run/spots.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <string_view>
-#include <thread>
 #include <utility>
 
+#include "photocoag/core/parallel.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -48,8 +48,8 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
   const Treatment treatment = simulate_eye(one, model, {.full = eye_model});
 
   const double reference = config.control.peak_reference;
-  SpotOutcome outcome{.alpha = alpha, .time_to_95_percent = config.run.duration};
-  bool reached = false;
+  SpotOutcome outcome{.alpha = alpha};
+  std::optional<double> first_reached;
   double sum = 0.0;
   double squares = 0.0;
   std::size_t late = 0;
@@ -57,10 +57,7 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
     const double peak = record.truth.peak;
     outcome.peak_max = std::max(outcome.peak_max, peak);
     outcome.violations += peak > limit ? 1 : 0;
-    if (!reached && peak >= 0.95 * reference) {
-      reached = true;
-      outcome.time_to_95_percent = record.time;
-    }
+    if (!first_reached && reached(peak, reference)) first_reached = record.time;
     if (record.time <= 0.05) continue;
     sum += peak;
     squares += (peak - reference) * (peak - reference);
@@ -70,28 +67,16 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
     outcome.held_mean = sum / static_cast<double>(late);
     outcome.rms_error = std::sqrt(squares / static_cast<double>(late));
   }
+  outcome.time_to_95_percent = first_reached.value_or(config.run.duration);
   outcome.absorption_error = treatment.records.back().estimate.absorption_factor / alpha - 1.0;
   return outcome;
 }
 
-// Takes numbers until none is left, on all cores; only the calling thread reports.
-void share_out(std::size_t count, std::string_view stage, const Progress& progress,
-               const auto& task) {
-  std::atomic<std::size_t> next{0};
-  std::atomic<std::size_t> done{0};
-  const auto work = [&](const Progress& report) {
-    for (std::size_t i = next++; i < count; i = next++) {
-      task(i);
-      ++done;
-      if (report) report(stage, double(done) / double(count));
-    }
+// As a fraction of the whole.
+auto told(const Progress& progress, std::string_view stage, std::size_t count) {
+  return [&progress, stage, count](std::size_t done) {
+    if (progress) progress(stage, double(done) / double(count));
   };
-  std::vector<std::thread> others;
-  for (unsigned n = 1; n < std::max(1U, std::thread::hardware_concurrency()); ++n) {
-    others.emplace_back(work, Progress{});
-  }
-  work(progress);
-  for (std::thread& other : others) other.join();
 }
 
 // The value that the next bit of `corner` says, and its sign appended to `name`.
@@ -156,10 +141,13 @@ std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedMod
                                           const CornerAttack& attack, const Progress& progress) {
   static_cast<void>(Controller(model, config.control, config.estimator));
   std::vector<CornerOutcome> outcomes(count_corners(config));
-  share_out(outcomes.size(), "treating corners", progress, [&](std::size_t i) {
-    attack_corner(config, model, range, limit, attack, i, std::min(attack.survey, attack.count),
-                  outcomes[i]);
-  });
+  for_each_in_parallel(
+      outcomes.size(),
+      [&](std::size_t i) {
+        attack_corner(config, model, range, limit, attack, i, std::min(attack.survey, attack.count),
+                      outcomes[i]);
+      },
+      told(progress, "treating corners", outcomes.size()));
   std::vector<std::size_t> order(outcomes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
@@ -167,9 +155,13 @@ std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedMod
            std::pair(outcomes[j].over, outcomes[j].peak_max);
   });
   order.resize(std::min(order.size(), attack.worst));
-  share_out(order.size(), "treating the worst corners", progress, [&](std::size_t i) {
-    attack_corner(config, model, range, limit, attack, order[i], attack.count, outcomes[order[i]]);
-  });
+  for_each_in_parallel(
+      order.size(),
+      [&](std::size_t i) {
+        attack_corner(config, model, range, limit, attack, order[i], attack.count,
+                      outcomes[order[i]]);
+      },
+      told(progress, "treating the worst corners", order.size()));
   return outcomes;
 }
 
@@ -181,14 +173,17 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
   const bool same_tissue = !config.uncertainty.declared();
   const auto shared = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);
   std::vector<SpotOutcome> outcomes(count);
-  share_out(count, "treating spots", progress, [&](std::size_t i) {
-    const std::uint64_t seed = i + 1;
-    const auto eye = same_tissue ? shared
-                                 : std::make_shared<const FullOrderModel>(
-                                       random_tissue(config, seed), config.grid);
-    outcomes[i] = treat_spot(config, model, eye, draw(seed, 0, range.alpha_low, range.alpha_high),
-                             limit, seed);
-  });
+  for_each_in_parallel(
+      count,
+      [&](std::size_t i) {
+        const std::uint64_t seed = i + 1;
+        const auto eye = same_tissue ? shared
+                                     : std::make_shared<const FullOrderModel>(
+                                           random_tissue(config, seed), config.grid);
+        outcomes[i] = treat_spot(config, model, eye,
+                                 draw(seed, 0, range.alpha_low, range.alpha_high), limit, seed);
+      },
+      told(progress, "treating spots", count));
   return outcomes;
 }
 

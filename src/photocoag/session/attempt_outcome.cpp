@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/outputs.hpp"
 #include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/run_folder.hpp"
 
@@ -98,7 +99,7 @@ AttemptOutcome outcome_of(const Config& config, const Treatment& treatment) {
     const double peak = numbers.truth_known ? record.truth.peak : record.estimate.outputs.peak;
     outcome.energy_mJ += record.power * period * 1e3;
     outcome.exposure_ms += record.power > 0.0 ? period * 1e3 : 0.0;
-    if (std::isnan(outcome.time_to_95_ms) && peak >= 0.95 * config.control.peak_reference) {
+    if (std::isnan(outcome.time_to_95_ms) && reached(peak, config.control.peak_reference)) {
       outcome.time_to_95_ms = record.time * 1e3;
     }
     if (treatment.device && std::isfinite(record.device_command) && !record.overrun) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/outputs.hpp"
 #include "photocoag/study/run_set.hpp"
 
 namespace photocoag {
@@ -102,7 +103,7 @@ std::map<std::string, double> measure(const Config& config, const Trajectory& lo
   double over = 0.0;
   bool still = true;
   for (std::size_t k = 0; k < cycles; ++k) {
-    if (std::isinf(out["time_to_95_ms"]) && loop.peak_K[k] >= 0.95 * reference) {
+    if (std::isinf(out["time_to_95_ms"]) && reached(loop.peak_K[k], reference)) {
       out["time_to_95_ms"] = loop.time_ms[k];
     }
     over += loop.peak_K[k] > limit ? 1.0 : 0.0;

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
-#include <exception>
-#include <thread>
 #include <utility>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/parallel.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -87,40 +85,25 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
     results[i].trajectories.resize(static_cast<std::size_t>(seeds));
     measured[i].resize(static_cast<std::size_t>(seeds));
   }
-  std::atomic<std::size_t> next{0};
-  std::size_t done = 0;
-  std::exception_ptr failure;
-  std::mutex mutex;
   const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
   // What the controller is told; what it reaches is measured against the configuration as it is.
   std::vector<Config> told;
   for (const RunJob& job : jobs) {
     told.push_back(told_to_controller(job.config, pool.get(job.config)->reduced));
   }
-  const auto work = [&] {
-    for (std::size_t k = next++; k < total; k = next++) {
-      const std::size_t job = k / static_cast<std::size_t>(seeds);
-      const std::size_t seed = k % static_cast<std::size_t>(seeds);
-      try {
+  for_each_in_parallel(
+      total,
+      [&](std::size_t k) {
+        const std::size_t job = k / static_cast<std::size_t>(seeds);
+        const std::size_t seed = k % static_cast<std::size_t>(seeds);
         const Config& config = jobs[job].config;
         Trajectory loop = run_once(told[job], *pool.get(config), config.run.seed + seed);
         measured[job][seed] = measure(config, loop);
         results[job].trajectories[seed] = std::move(loop);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();
-        next = total;
-      }
-      const std::lock_guard lock(mutex);
-      ++done;
-      if (progress) progress(done, total);
-    }
-  };
-  std::vector<std::thread> threads;
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  for (unsigned i = 0; i < cores; ++i) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
-  if (failure) std::rethrow_exception(failure);
+      },
+      [&](std::size_t done) {
+        if (progress) progress(done, total);
+      });
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     for (const auto& one : measured[i]) {
       for (const auto& [name, value] : one) results[i].measures[name].push_back(value);

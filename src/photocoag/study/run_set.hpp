@@ -62,7 +62,7 @@ class ModelPool {
   std::map<std::string, std::shared_ptr<Slot>> slots_;
 };
 
-/// Called with the number of loops that are done; from any thread, one at a time.
+/// Called with the number of loops that are done, on the thread that called.
 using RunProgress = std::function<void(std::size_t done, std::size_t total)>;
 
 /// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job.
