@@ -104,7 +104,7 @@ Figure figure(const std::vector<DiscretizationErrors>& all) {
 }  // namespace
 
 int discretizations(const DiscretizationsOptions& options) {
-  const Config config = configured(Use::kDiscretizations, options.config, options.set);
+  const Config config = configured(Use::kSchemeComparison, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
   if (!options.out.empty()) claimed.emplace(options.out);
   const double alpha = config.plant.absorption_factor;

@@ -31,8 +31,7 @@ const std::vector<BadOverride> kOverrides = {
     // ranges
     {{"control.period_ms=-1"}, "control.period_ms: found -1; accepted: " + kPeriod},
     {{"tissue.layers.RPE.perfusion_W_per_m3K=-1"},
-     "tissue.layers.RPE.perfusion_W_per_m3K: found -1; accepted: a number from 0 to 100000000 "
-     "W/(m3 K)"},
+     "tissue.layers.RPE.perfusion_W_per_m3K: found -1; accepted: a number from 0 to 1e8 W/(m3 K)"},
     {{"tissue.layers.RPE.conductivity_W_per_mK=0"},
      "tissue.layers.RPE.conductivity_W_per_mK: found 0; accepted: a number from 0.001 to 1000 "
      "W/(m K)"},
@@ -82,9 +81,8 @@ const std::vector<BadOverride> kOverrides = {
     {{"control.horizon=4294967298"},
      "control.horizon: found 4294967298; accepted: an integer from 2 to 50"},
     {{"control.power_max_W=100"},
-     "control.power_max_W: found 100; accepted: a power in watts above 0, at most 1 (0.1 W is 100 "
-     "mW)"},
-    {{"control.power_max_W=0"}, "control.power_max_W: found 0; accepted: a power in watts above 0"},
+     "control.power_max_W: found 100; accepted: a number above 0, at most 1 W (0.1 W is 100 mW)"},
+    {{"control.power_max_W=0"}, "control.power_max_W: found 0; accepted: a number above 0"},
     {{"control.power_min_W=-0.1"},
      "control.power_min_W: found -0.1; accepted: a number from 0 to 1 W"},
     {{"control.power_weight=-1"}, "control.power_weight: found -1; accepted: a number from 0 to"},
@@ -113,9 +111,9 @@ const std::vector<BadOverride> kOverrides = {
      "plant.tissue.layers.RPE.absorption_per_m: found 1e8; accepted: a number from 0 to"},
     {{"run.seed=-1"}, "run.seed: found -1; accepted: an integer from 0 to 2^63 - 1"},
     {{"run.duration_ms=60001"},
-     "run.duration_ms: found 60001; accepted: from one period, control.period_ms = 1 ms, to 60000 "
-     "ms"},
-    {{"run.duration_ms=0.5"}, "run.duration_ms: found 0.5; accepted: from one period"},
+     "run.duration_ms: found 60001; accepted: a number above 0, at most 60000 ms"},
+    {{"run.duration_ms=0.5"},
+     "run.duration_ms: found 0.5; accepted: at least one period, control.period_ms = 1 ms"},
     {{"control.period_ms=0.05", "run.duration_ms=60000"},
      "run.duration_ms: found 60000; accepted: at most 1000000 periods of control.period_ms = 0.05"},
     // values that do not go together

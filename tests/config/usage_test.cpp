@@ -18,7 +18,7 @@ using testing::thrown_by;
 constexpr Use kUses[] = {Use::kSimulate,        Use::kTreat,      Use::kTreatEye,
                          Use::kTreatDriver,     Use::kEye,        Use::kResponseFull,
                          Use::kResponseReduced, Use::kReduce,     Use::kCompareReductions,
-                         Use::kExport,          Use::kBoundaries, Use::kDiscretizations,
+                         Use::kExport,          Use::kBoundaries, Use::kSchemeComparison,
                          Use::kEstimation,      Use::kSpots,      Use::kCalibrate,
                          Use::kExportC,         Use::kFmuEye,     Use::kFmuController};
 

@@ -28,7 +28,7 @@ constexpr std::uint32_t kFmuEye = bits({Use::kFmuEye});
 constexpr std::uint32_t kReducing = bits({Use::kReduce, Use::kResponseReduced});
 constexpr std::uint32_t kShowing = bits({Use::kResponseFull, Use::kResponseReduced});
 constexpr std::uint32_t kPulsed = bits({Use::kTreatEye, Use::kEye});
-constexpr std::uint32_t kOfTheEye = bits({Use::kBoundaries, Use::kDiscretizations}) | kShowing;
+constexpr std::uint32_t kOfTheEye = bits({Use::kBoundaries, Use::kSchemeComparison}) | kShowing;
 constexpr std::uint32_t kSteps =
     bits({Use::kEye, Use::kCompareReductions, Use::kExport}) | kReducing | kShowing;
 /// Of the simulated eye in this process alone.
@@ -83,8 +83,8 @@ constexpr Rule kRules[] = {
     {"plant.absorption_drift_per_s", kBench},
     {"plant.discretization", bits({Use::kSimulate, Use::kTreat}) | kMany | kShowing | kFmuEye},
     {"plant.tissue",
-     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kDiscretizations}) | kMany |
-         kShowing | kFmuEye},
+     bits({Use::kSimulate, Use::kTreat, Use::kTreatEye, Use::kEye, Use::kSchemeComparison}) |
+         kMany | kShowing | kFmuEye},
     {"photoacoustics.", bits({Use::kTreatEye})},
     {"photoacoustics.sampling", bits({Use::kTreatEye}) | kCode | kFmuEye},
     {"photoacoustics.calibration", kPulsed | bits({Use::kCalibrate})},

@@ -25,7 +25,7 @@ enum class Use : std::uint32_t {
   kCompareReductions = 1U << 8U,
   kExport = 1U << 9U,
   kBoundaries = 1U << 10U,
-  kDiscretizations = 1U << 11U,  ///< discretizations
+  kSchemeComparison = 1U << 11U,  ///< discretizations
   kEstimation = 1U << 12U,
   kSpots = 1U << 13U,
   kCalibrate = 1U << 14U,  ///< --example

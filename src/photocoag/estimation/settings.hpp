@@ -2,10 +2,14 @@
 // configuration.
 #pragma once
 
+#include <vector>
+
 #include "photocoag/core/intersample.hpp"
 #include "photocoag/rom/belief.hpp"
 
 namespace photocoag {
+
+struct Field;  // core/setting.hpp
 
 enum class EstimatorKind {
   kEkf,        ///< extended Kalman filter
@@ -61,5 +65,8 @@ struct EstimatorSettings {
   void validate() const;
   bool operator==(const EstimatorSettings&) const = default;
 };
+
+/// The keys "estimator.…", bound to `settings`.
+std::vector<Field> fields_of(EstimatorSettings& settings);
 
 }  // namespace photocoag

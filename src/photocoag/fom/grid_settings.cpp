@@ -1,12 +1,19 @@
 #include "photocoag/fom/grid_settings.hpp"
 
-#include "photocoag/core/check.hpp"
+#include "photocoag/core/setting.hpp"
 
 namespace photocoag {
 
+std::vector<Field> fields_of(GridSettings& settings) {
+  FieldTable table("grid");
+  table.integer("min_cells", settings.min_cells, 1000, 1'000'000,
+                "the grid has at least so many cells; the paper: more than 80000");
+  return table.take();
+}
+
 void GridSettings::validate() const {
-  require(min_cells >= 1000 && min_cells <= 1000000, "grid.min_cells",
-          static_cast<double>(min_cells), "an integer from 1000 to 1000000");
+  GridSettings own = *this;
+  require_in_range(fields_of(own));
 }
 
 }  // namespace photocoag

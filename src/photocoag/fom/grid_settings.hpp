@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 namespace photocoag {
+
+struct Field;  // core/setting.hpp
 
 struct GridSettings {
   std::size_t min_cells = 80000;  ///< n, radial times axial cells, 1,000 to 1,000,000; the grid has
@@ -13,5 +16,8 @@ struct GridSettings {
   void validate() const;
   bool operator==(const GridSettings&) const = default;
 };
+
+/// The key "grid.min_cells", bound to `settings`.
+std::vector<Field> fields_of(GridSettings& settings);
 
 }  // namespace photocoag

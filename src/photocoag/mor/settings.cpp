@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "photocoag/core/check.hpp"
+#include "photocoag/core/setting.hpp"
 
 namespace photocoag {
 
@@ -25,12 +26,29 @@ std::string ReductionSettings::name() const {
   return std::string(to_string(method)) + (refined() ? ", refined" : "");
 }
 
+std::vector<Field> fields_of(ReductionSettings& s) {
+  using namespace units;
+  FieldTable table("model");
+  table.integer("order", s.order, 1, 14, "states of the reduced model");
+  table.word("method", s.method, {kReductionMethodWords.begin(), kReductionMethodWords.end()},
+             "what spans the reduced states; the paper's: POD over alpha");
+  table.word("refinement", s.refinement, {kRefinementWords.begin(), kRefinementWords.end()},
+             "fits the projected model's numbers to the full-order model's responses");
+  table.word("parameter_dependence", s.parameter_dependence,
+             {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
+             "of inputs and volume output on alpha; method \"taylor\" uses its own series");
+  table.integer("parameter_terms", s.parameter_terms, 0, 12,
+                "its number of terms; 0: 8 for \"chebyshev\", else 5; with beta 12 and 8");
+  table.number("choroid_min", s.choroid_min, kOne, {0.05, 20},
+               "the model is made and its error measured for beta from here");
+  table.number("choroid_max", s.choroid_max, kOne, {0.05, 20},
+               "to here; beta counts where a layer has scaled_by = \"beta\"");
+  return table.take();
+}
+
 void ReductionSettings::validate() const {
-  require(order >= 1 && order <= 14, "model.order", order, "an integer from 1 to 14");
-  require(parameter_terms >= 0 && parameter_terms <= 12, "model.parameter_terms", parameter_terms,
-          "an integer from 0 to 12");
-  require_between(choroid_min, 0.05, 20.0, "model.choroid_min");
-  require_between(choroid_max, 0.05, 20.0, "model.choroid_max");
+  ReductionSettings own = *this;
+  require_in_range(fields_of(own));
   require(choroid_min < choroid_max, "model.choroid_max", choroid_max,
           fmt::format("above model.choroid_min = {}", choroid_min));
 }

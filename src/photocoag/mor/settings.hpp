@@ -5,8 +5,11 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace photocoag {
+
+struct Field;  // core/setting.hpp
 
 /// What spans the reduced state space. In the order of kReductionMethodWords.
 enum class ReductionMethod {
@@ -76,5 +79,8 @@ struct ReductionSettings {
   void validate() const;
   bool operator==(const ReductionSettings&) const = default;
 };
+
+/// The keys "model.…" of a reduction, bound to `settings`.
+std::vector<Field> fields_of(ReductionSettings& settings);
 
 }  // namespace photocoag

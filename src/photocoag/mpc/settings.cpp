@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "photocoag/core/check.hpp"
+#include "photocoag/core/setting.hpp"
 
 namespace photocoag {
 namespace {
@@ -18,23 +19,17 @@ void require_valid_reference(const ControlSettings& s) {
       fmt::format("one for each of the {} control.reference_times_ms", s.reference_times.size()));
   double last = -1.0;
   for (const double time : s.reference_times) {
-    require(time >= 0.0 && time <= 60.0 && time > last, "control.reference_times_ms", time * 1e3,
+    require(time > last, "control.reference_times_ms", time * 1e3,
             "ascending times from 0 to 60000 ms");
     last = time;
   }
   for (const double value : s.reference_values) {
-    require(value > 0.0 && value < s.peak_max, "control.reference_K", value,
+    require(value < s.peak_max, "control.reference_K", value,
             fmt::format("above 0, below the limit control.peak_max_K = {} K", s.peak_max));
   }
 }
 
 void require_valid_chance(const ControlSettings& s) {
-  require_between(s.limit_probability, 1e-6, 0.5, "control.limit_probability");
-  require_between(s.identification_duration * 1e3, 0.0, 60000.0, "control.identification_ms");
-  require(s.identification_power > 0.0 && s.identification_power <= 1.0,
-          "control.identification_power_W", s.identification_power,
-          "a number above 0, at most 1 W");
-  require_between(s.identification_sigma, 0.0, 50.0, "control.identification_sigma_K");
   const bool chance = s.robust == Robustness::kChance;
   require(chance || s.identification_duration == 0.0, "control.identification_ms",
           s.identification_duration * 1e3, "0, or control.robust = \"chance\"");
@@ -52,6 +47,57 @@ void require_valid_chance(const ControlSettings& s) {
 }
 
 }  // namespace
+
+std::vector<Field> fields_of(ControlSettings& s) {
+  using namespace units;
+  FieldTable table("control");
+  table.number("period_ms", s.period, kMilliseconds, {0.05, 100}, "control period T");
+  table.integer("horizon", s.horizon, 2, 50, "N, periods looked ahead, with N - 1 free inputs");
+  table.number("peak_reference_K", s.peak_reference, kKelvin, {0, 150, true},
+               "peak temperature rise to hold, below peak_max_K");
+  table.number("peak_max_K", s.peak_max, kKelvin, {0, 150, true},
+               "limit of the predicted peak temperature rise");
+  table.number("power_max_W", s.power_max, kWatt, {0, 1, true, "0.1 W is 100 mW"},
+               "largest laser power; 0.1 W is 100 mW");
+  table.number("power_min_W", s.power_min, kWatt, {0, 1},
+               "smallest laser power, below power_max_W");
+  table.word("state_weight", s.state_weight, {"constant", "delayed"},
+             "R0 = 1, or R0(j) = 0 for j = n+k in {1, 2, 3}, which needs a weight below");
+  table.number("power_weight", s.power_weight, {"K2/W2"}, {0, 1e9},
+               "R1, on power against its steady value");
+  table.number("power_change_weight", s.power_change_weight, {"K2/W2"}, {0, 1e9},
+               "R2, on the change of power");
+  table.numbers("reference_times_ms", s.reference_times, kMilliseconds, {0, 60000},
+                "ascending; of reference_K. Both empty: peak_reference_K throughout");
+  table.numbers("reference_K", s.reference_values, kKelvin, {0, 150, true},
+                "references at these times, linear between, constant beyond the last");
+  table.word("robust", s.robust, {"none", "certified", "chance"},
+             "certified: the limit holds for the estimate plus robust_sigma deviations and the "
+             "model's proved error; chance: with all but limit_probability, given [[prior]]");
+  table.number("robust_sigma", s.robust_sigma, kOne, {0, 10}, "standard deviations");
+  table.number("limit_probability", s.limit_probability, kOne, {1e-6, 0.5},
+               "with robust \"chance\": of a treatment to exceed peak_max_K");
+  table.number("identification_ms", s.identification_duration, kMilliseconds, {0, 60000},
+               "the longest gentle start, with robust \"chance\"; 0: none");
+  table.number("identification_power_W", s.identification_power, kWatt, {0, 1, true},
+               "of that start");
+  table.number("identification_sigma_K", s.identification_sigma, kKelvin, {0, 50},
+               "it ends once the peak at the reference is known to this standard deviation; 0: by "
+               "time only");
+  table.integer("delay_cycles", s.delay, 0, 1,
+                "periods from a sample to the power computed from it");
+  table.integer("solve_every", s.solve_every, 1, 49,
+                "periods from one solution to the next, below horizon; its plan in between");
+  table.number("first_power_W", s.first_power, kWatt, {0, 1},
+               "of the first period, given instead of solved for: 0.02 in the paper's experiments; "
+               "0: solved for");
+  table.word("solver", s.solver, {"dense", "osqp", "osqp-condensed"},
+             "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
+             "problem");
+  table.number("osqp_tolerance", s.osqp_tolerance, kOne, {1e-6, 0.1},
+               "of OSQP, absolute and relative; its default is 1e-3");
+  return table.take();
+}
 
 double ControlSettings::reference_at(double time) const noexcept {
   if (reference_times.empty()) return peak_reference;
@@ -71,27 +117,17 @@ double ControlSettings::share_at(long long n) const noexcept {
 }
 
 void ControlSettings::validate() const {
-  require_between(period * 1e3, 0.05, 100.0, "control.period_ms");
-  require(horizon >= 2 && horizon <= 50, "control.horizon", horizon, "an integer from 2 to 50");
-  require_positive(peak_reference, 150.0, "control.peak_reference_K");
-  require_positive(peak_max, 150.0, "control.peak_max_K");
+  ControlSettings own = *this;
+  require_in_range(fields_of(own));
   require(peak_reference < peak_max, "control.peak_reference_K", peak_reference,
           fmt::format("below the limit control.peak_max_K = {} K", peak_max));
-  require(power_max > 0.0 && power_max <= 1.0, "control.power_max_W", power_max,
-          "a power in watts above 0, at most 1 (0.1 W is 100 mW)");
-  require_between(power_min, 0.0, 1.0, "control.power_min_W");
   require(power_min < power_max, "control.power_min_W", power_min,
           fmt::format("from 0 to below control.power_max_W = {} W", power_max));
-  require_between(power_weight, 0.0, 1e9, "control.power_weight");
-  require_between(power_change_weight, 0.0, 1e9, "control.power_change_weight");
-  require_between(osqp_tolerance, 1e-6, 0.1, "control.osqp_tolerance");
   require_valid_reference(*this);
   for (const double share : shares) {
     require(share > 0.0 && share <= 1.0, "control.shares", share, "above 0, at most 1");
   }
-  require_between(robust_sigma, 0.0, 10.0, "control.robust_sigma");
-  require(delay == 0 || delay == 1, "control.delay_cycles", delay, "0 or 1");
-  require(solve_every >= 1 && solve_every < horizon, "control.solve_every", solve_every,
+  require(solve_every < horizon, "control.solve_every", solve_every,
           fmt::format("from 1 to below control.horizon = {}", horizon));
   require(first_power == 0.0 || (first_power >= power_min && first_power <= power_max),
           "control.first_power_W", first_power,

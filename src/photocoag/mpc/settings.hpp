@@ -6,6 +6,8 @@
 
 namespace photocoag {
 
+struct Field;  // core/setting.hpp
+
 enum class StateWeight {
   kConstant,  ///< R0 = 1
   kDelayed,   ///< the paper's chi_3: R0(j) = 0 for j = n + k in {1, 2, 3}, else 1
@@ -67,5 +69,8 @@ struct ControlSettings {
   void validate() const;
   bool operator==(const ControlSettings&) const = default;
 };
+
+/// The keys "control.…", bound to `settings`.
+std::vector<Field> fields_of(ControlSettings& settings);
 
 }  // namespace photocoag

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "photocoag/core/check.hpp"
+#include "photocoag/core/setting.hpp"
 
 namespace photocoag {
 
@@ -69,16 +70,6 @@ namespace {
 // W/(m K), below any matter: heat that does not spread has no reduced model.
 constexpr double kLeastConductivity = 1e-3;
 
-void validate_thermal(const Layer& layer, const std::string& name) {
-  if (layer.conductivity)
-    require_between(*layer.conductivity, kLeastConductivity, 1e3, name + ".conductivity_W_per_mK");
-  if (layer.density) require_between(*layer.density, 1.0, 1e5, name + ".density_kg_per_m3");
-  if (layer.heat_capacity) {
-    require_between(*layer.heat_capacity, 1.0, 1e5, name + ".heat_capacity_J_per_kgK");
-  }
-  require_between(layer.perfusion, 0.0, 1e8, name + ".perfusion_W_per_m3K");
-}
-
 void validate_beam(const Tissue& tissue, std::string_view prefix) {
   const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
   const std::vector<double>& radii = tissue.beam_radii;
@@ -100,8 +91,6 @@ void validate_beam(const Tissue& tissue, std::string_view prefix) {
     require(ascending && radii[i] <= tissue.domain_radius, key("beam_radius_um"), radii[i] * 1e6,
             fmt::format("ascending radii from 0 to {} = {} um", key("domain_radius_um"),
                         tissue.domain_radius * 1e6));
-    require(values[i] >= 0.0 && values[i] <= 1e6, key("beam_intensity"), values[i],
-            "numbers from 0 to 1e6");
     light = light || values[i] > 0.0;
   }
   require(!table || light, key("beam_intensity"), std::string_view("no light"),
@@ -110,12 +99,80 @@ void validate_beam(const Tissue& tissue, std::string_view prefix) {
 
 }  // namespace
 
+std::vector<Field> fields_of(Tissue& t, std::string_view prefix) {
+  using namespace units;
+  FieldTable table(prefix);
+  table.number("ambient_C", t.ambient_celsius, {"deg C"}, {-10, 60},
+               "absolute temperature = ambient + rise");
+  table.number("domain_radius_um", t.domain_radius, kMicrometres, {1, 20000},
+               "no temperature rise there; 2 to 2000 times spot_radius_um");
+  table.number("spot_radius_um", t.spot_radius, kMicrometres, {0.01, 5000},
+               "of the flat top; where the Gaussian has 1/e2 of its intensity");
+  table.word("beam", t.beam,
+             {to_string(BeamProfile::kFlatTop), to_string(BeamProfile::kGaussian),
+              to_string(BeamProfile::kTable)},
+             "the beam's profile, and the weight over the radius of the volume temperature");
+  table.numbers("beam_radius_um", t.beam_radii, kMicrometres, {0, 20000},
+                "ascending, up to domain_radius_um; of the table, else empty");
+  table.numbers("beam_intensity", t.beam_intensities, kOne, {0, 1e6},
+                "relative, one per radius; linear between them, 0 beyond the last");
+  table.number("transmission", t.transmission, kOne, {0, 1, true},
+               "power at the fundus / commanded power");
+  table.number("density_kg_per_m3", t.density, {"kg/m3"}, {1, 1e5}, "of the tissue");
+  table.number("heat_capacity_J_per_kgK", t.heat_capacity, {"J/(kg K)"}, {1, 1e5},
+               "specific, of the tissue");
+  table.number("conductivity_W_per_mK", t.conductivity, {"W/(m K)"}, {kLeastConductivity, 1e3},
+               "thermal, of the tissue");
+  table.word("volume_temperature", t.volume_temperature,
+             {to_string(VolumeTemperature::kAbsorptionWeighted),
+              to_string(VolumeTemperature::kNormalized)},
+             "the paper's C_vol, or the same divided by the absorbed fraction");
+  table.text("peak_layer", t.peak_layer,
+             "the name of a layer: the peak temperature is at its mid-depth");
+  table.add(
+      "layers", LayersField{&t.layers},
+      "1 to 32, in the order in which the light meets them; thickness 0.01 to 20000 "
+      "um;\nabsorption 0 to 1e7 1/m, times alpha or beta where scaled_by = \"alpha\" or "
+      "\"beta\".\nOptional: conductivity_W_per_mK, density_kg_per_m3, heat_capacity_J_per_kgK "
+      "(else the "
+      "tissue's), "
+      "perfusion_W_per_m3K (else 0; 0 to 1e8)");
+  return table.take();
+}
+
+std::vector<Field> layer_fields(Layer& layer, std::string_view prefix) {
+  using namespace units;
+  FieldTable table(prefix);
+  table.text("name", layer.name, "unique");
+  table.number("thickness_um", layer.thickness, kMicrometres, {0.01, 20000}, "thickness");
+  table.number("absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7}, "absorption coefficient");
+  table.add("scaled_by",
+            WordField{{"none", "alpha", "beta"},
+                      [&layer] {
+                        return layer.scaled_by_alpha ? std::size_t{1}
+                                                     : std::size_t{layer.scaled_by_beta ? 2U : 0U};
+                      },
+                      [&layer](std::size_t index) {
+                        layer.scaled_by_alpha = index == 1;
+                        layer.scaled_by_beta = index == 2;
+                      },
+                      {}},
+            "alpha, beta: multiplied by it");
+  table.optional_number("conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
+                        {kLeastConductivity, 1e3}, "thermal; else the tissue's");
+  table.optional_number("density_kg_per_m3", layer.density, {"kg/m3"}, {1, 1e5},
+                        "else the tissue's");
+  table.optional_number("heat_capacity_J_per_kgK", layer.heat_capacity, {"J/(kg K)"}, {1, 1e5},
+                        "specific; else the tissue's");
+  table.number("perfusion_W_per_m3K", layer.perfusion, {"W/(m3 K)"}, {0, 1e8},
+               "heat carried away by blood at ambient");
+  return table.take();
+}
+
 void Tissue::validate(std::string_view prefix) const {
   const auto key = [prefix](std::string_view name) { return fmt::format("{}.{}", prefix, name); };
-  // Lengths are checked in micrometres, as they stand in the configuration.
-  require_between(ambient_celsius, -10.0, 60.0, key("ambient_C"));
-  require_between(spot_radius * 1e6, 0.01, 5000.0, key("spot_radius_um"));
-  require_between(domain_radius * 1e6, 1.0, 20000.0, key("domain_radius_um"));
+  Tissue own = *this;
+  require_in_range(fields_of(own, prefix));
   require(domain_radius >= 2.0 * spot_radius, key("domain_radius_um"), domain_radius * 1e6,
           fmt::format("at least twice {} = {} um", key("spot_radius_um"), spot_radius * 1e6));
   // The grid resolves the spot: beyond this it would have too many cells.
@@ -124,22 +181,16 @@ void Tissue::validate(std::string_view prefix) const {
           fmt::format("at most {} times {} = {} um", kMostSpots, key("spot_radius_um"),
                       spot_radius * 1e6));
   validate_beam(*this, prefix);
-  require_positive(transmission, 1.0, key("transmission"));
-  require_between(density, 1.0, 1e5, key("density_kg_per_m3"));
-  require_between(heat_capacity, 1.0, 1e5, key("heat_capacity_J_per_kgK"));
-  require_between(conductivity, kLeastConductivity, 1e3, key("conductivity_W_per_mK"));
   require(!layers.empty() && layers.size() <= 32, key("layers"), std::to_string(layers.size()),
           "1 to 32 layers");
   std::set<std::string> names;
   bool scaled = false;
-  for (const Layer& layer : layers) {
+  for (Layer& layer : own.layers) {
     const std::string name = fmt::format("{}.layers.{}", prefix, layer.name);
     require(!layer.name.empty(), key("layers"), std::string_view("a layer without a name"),
             "a name for every layer");
     require(names.insert(layer.name).second, key("layers"), layer.name, "each name once");
-    require_between(layer.thickness * 1e6, 0.01, 20000.0, name + ".thickness_um");
-    require_between(layer.absorption, 0.0, 1e7, name + ".absorption_per_m");
-    validate_thermal(layer, name);
+    require_in_range(layer_fields(layer, name));
     require(!(layer.scaled_by_alpha && layer.scaled_by_beta), name + ".scaled_by",
             std::string_view("both"), "alpha or beta, not both");
     scaled = scaled || (layer.scaled_by_alpha && layer.absorption > 0.0);

@@ -11,6 +11,8 @@
 
 namespace photocoag {
 
+struct Field;  // core/setting.hpp
+
 /// One layer of the eye fundus; the light meets the layers in the order in which they are listed.
 struct Layer {
   std::string name;
@@ -93,5 +95,11 @@ struct Tissue {
 
   bool operator==(const Tissue&) const = default;
 };
+
+/// The keys of a tissue below `prefix`, bound to `tissue`; those inside layers: layer_fields.
+std::vector<Field> fields_of(Tissue& tissue, std::string_view prefix);
+
+/// The keys of one layer, below `prefix` (e.g. "tissue.layers.RPE").
+std::vector<Field> layer_fields(Layer& layer, std::string_view prefix);
 
 }  // namespace photocoag
