@@ -5,6 +5,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/wide_vectors.hpp"
+#include "photocoag/fom/mode_gain.hpp"
 
 namespace photocoag {
 
@@ -44,18 +45,6 @@ ModalStepper::ModalStepper(std::shared_ptr<const FullOrderModel> model,
   reset();
 }
 
-ModalStepper::Gain ModalStepper::gain(double rate) const noexcept {
-  const double exponent = rate * period_;
-  if (discretization_ == Discretization::kImplicitEuler) {
-    const double decay = 1.0 / (1.0 + exponent);
-    return {decay, period_ * decay};
-  }
-  if (discretization_ == Discretization::kTrBdf2) {
-    return {TrBdf2::decay(exponent), period_ * TrBdf2::gain(exponent)};
-  }
-  return {std::exp(-exponent), -std::expm1(-exponent) / rate};
-}
-
 void ModalStepper::prepare() {
   const VectorXd& radial = model_->radial().rates;
   const VectorXd& axial = model_->axial().rates;
@@ -72,7 +61,8 @@ void ModalStepper::prepare() {
       // Past that, nothing of a mode is left in a double: its gain is 1 / rate to the last bit.
       const bool settled =
           !memory && discretization_ == Discretization::kZeroOrderHold && rate * period_ > kSettled;
-      const Gain mode = settled ? Gain{0.0, 1.0 / rate} : gain(rate);
+      const ModeGain mode =
+          settled ? ModeGain{0.0, 1.0 / rate} : mode_gain(discretization_, rate, period_);
       // TR-BDF2's decay factor changes its sign on the way to 0: all of its modes count.
       memory =
           memory && (discretization_ == Discretization::kTrBdf2 || mode.decay >= negligible_decay_);
@@ -128,7 +118,9 @@ Eigen::MatrixXd ModalStepper::temperatures(AbsorptionFactors at) const {
   for (Index i = 0; i < radial.size(); ++i) {
     for (Index j = 0; j < axial.size(); ++j) {
       const double state =
-          j < active_[i] ? state_[next++] : gain(radial.rates[i] + axial.rates[j]).gain * power_;
+          j < active_[i]
+              ? state_[next++]
+              : mode_gain(discretization_, radial.rates[i] + axial.rates[j], period_).gain * power_;
       coordinates(i, j) = model_->beam()[i] * source[j] * state;
     }
   }

@@ -58,11 +58,6 @@ class ModalStepper {
   std::size_t active_modes() const noexcept { return state_.size(); }
 
  private:
-  struct Gain {
-    double decay;
-    double gain;
-  };
-  Gain gain(double rate) const noexcept;
   void prepare();
 
   std::shared_ptr<const FullOrderModel> model_;

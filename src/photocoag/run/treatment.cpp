@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/fom/sampled_plant.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
@@ -148,8 +149,15 @@ Treatment treat_eye(const Config& config, C& controller, const EyeModel& eye,
     return treatment;
   }
   treatment.full_order_states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
-  with_plant(config, eye.full, eye.reduced,
-             [&](auto plant) { run(config, controller, std::move(plant), simulation, treatment); });
+  const auto treat = [&](auto plant) {
+    run(config, controller, std::move(plant), simulation, treatment);
+  };
+  if (eye.full && eye.sampled && !config.plant.bench.needs_intersample()) {
+    treat(SampledPlant(*eye.full, config.plant.discretization, config.control.period,
+                       config.plant.absorption(), config.cycles()));
+  } else {
+    with_plant(config, eye.full, eye.reduced, treat);
+  }
   return treatment;
 }
 

@@ -91,6 +91,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
 struct EyeModel {
   std::shared_ptr<const FullOrderModel> full;
   const ReducedModel* reduced = nullptr;
+  bool sampled = false;  ///< full: as a SampledPlant unless the bench looks between the samples
 };
 
 /// How the simulated eye differs from the model where the configuration has no key for it.
