@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "console.hpp"
+#include "full_program.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/campaign/report.hpp"
@@ -156,8 +157,7 @@ int campaign_command(const CampaignCommandOptions& options) {
 
 void add_campaign(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CampaignCommandOptions>();
-  CLI::App* command = app.add_subcommand(
-      "campaign", "thousands of virtual spots with random tissue, on all cores and machines");
+  CLI::App* command = app.add_subcommand(kCampaign.name, kCampaign.description);
   command->add_option("FILE", options->file, "campaign file (TOML)")->required();
   command
       ->add_option("--out", options->out,

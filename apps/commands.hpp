@@ -120,15 +120,6 @@ struct LatencyOptions {
   std::string json;  ///< file; - is standard output
 };
 
-struct ConvertOptions {
-  std::vector<std::string> paths;  ///< run folder, or log segments
-  std::string csv;                 ///< file; - is standard output
-  std::string hdf5;
-  std::string mat;
-  std::string mcap;
-  bool recover = false;  ///< run.csv, summary.json and report.html of a run that ended early
-};
-
 struct BenchOptions {
   std::string name;              ///< cycle, qp, first-cycle
   std::string config;            ///< cycle: one row more, for this file …
@@ -165,7 +156,6 @@ int bench(const BenchOptions& options);
 int faults_command(const FaultsOptions& options);
 int doctor_command(const DoctorOptions& options);
 int latency_command(const LatencyOptions& options);
-int convert_command(const ConvertOptions& options);
 int kill_trials(const FaultsOptions& options);
 int replay_command(const ReplayOptions& options);
 

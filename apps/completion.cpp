@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "console.hpp"
+#include "full_program.hpp"
 #include "photocoag/config/fields.hpp"
 #include "photocoag/core/build_info.hpp"
 
@@ -290,8 +291,7 @@ std::string completion(const CLI::App& app, std::string_view kind) {
 
 void add_completion(CLI::App& app, int& exit_code) {
   const auto kind = std::make_shared<std::string>();
-  CLI::App* command = app.add_subcommand(
-      "completion", "what a shell completes, commands, options and keys; or the manual page");
+  CLI::App* command = app.add_subcommand(kCompletion.name, kCompletion.description);
   command->add_option("SHELL", *kind, "for this shell; man: the manual page")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));

@@ -11,6 +11,7 @@
 #include "console.hpp"
 #include "console_parts.hpp"
 #include "console_session.hpp"
+#include "full_program.hpp"
 #include "options.hpp"
 #include "photocoag/console/describe.hpp"
 #include "photocoag/console/desk.hpp"
@@ -191,8 +192,7 @@ int console_command(const ConsoleOptions& options) {
 
 void add_console_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ConsoleOptions>();
-  CLI::App* console = app.add_subcommand(
-      "console", "treat live in the browser: a page on this machine alone, spot after spot");
+  CLI::App* console = app.add_subcommand(kConsole.name, kConsole.description);
   add_common(*console, *options);
   add_cache(*console, *options);
   CLI::Option* device =

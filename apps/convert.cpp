@@ -1,10 +1,15 @@
 // `photocoag convert`: a run's log for other programs, and a run folder from its log.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <memory>
 
 #include "commands.hpp"
 #include "console.hpp"
+#include "convert_command.hpp"
+#include "full_program.hpp"
+#include "options.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/recover.hpp"
@@ -14,6 +19,15 @@ namespace photocoag {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ConvertOptions {
+  std::vector<std::string> paths;  ///< run folder, or log segments
+  std::string csv;                 ///< file; - is standard output
+  std::string hdf5;
+  std::string mat;
+  std::string mcap;
+  bool recover = false;  ///< run.csv, summary.json and report.html of a run that ended early
+};
 
 void recover(const fs::path& folder) {
   const LogContent log = recover_run(folder);
@@ -46,8 +60,6 @@ DataTable table_of_paths(const std::vector<std::string>& paths) {
   return table;
 }
 
-}  // namespace
-
 int convert_command(const ConvertOptions& options) {
   if (options.recover) {
     if (options.paths.size() != 1 || !fs::is_directory(options.paths.front())) {
@@ -70,6 +82,31 @@ int convert_command(const ConvertOptions& options) {
   if (!options.mcap.empty()) write_mcap(options.mcap, table);
   say("{} cycles, {} columns\n", table.rows(), table.columns.size());
   return 0;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app, int& exit_code) {
+  const auto convert_options = std::make_shared<ConvertOptions>();
+  CLI::App* convert_app = app.add_subcommand(kConvert.name, kConvert.description);
+  convert_app->add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
+      ->required()
+      ->type_name("RUN|SEGMENT...");
+  convert_app->add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
+      ->type_name("FILE");
+  convert_app->add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
+  convert_app->add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
+  convert_app->add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
+  convert_app->add_flag("--recover", convert_options->recover,
+                        "write run.csv, summary.json and report.html from the log");
+  convert_app->footer(
+      footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
+             "  photocoag convert runs/first --mcap first.mcap\n"
+             "  photocoag convert runs/first/log/000000.seg --csv -\n"
+             "  photocoag convert runs/killed --recover\n"
+             "A run of `simulate` has no log: its run.csv is converted."));
+  convert_app->callback(
+      [convert_options, &exit_code] { exit_code = convert_command(*convert_options); });
 }
 
 }  // namespace photocoag

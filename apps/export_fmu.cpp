@@ -15,6 +15,7 @@
 #include "commands.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "full_program.hpp"
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -49,15 +50,14 @@ void require_new(const std::string& file) {
 // Beside the program, or where it is installed.
 std::string fmu_library() {
   constexpr std::size_t kLargest = 100'000'000;
-  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const char* place :
-       {"photocoag_fmu.so", "../lib/photocoag/photocoag_fmu.so",
-        "../lib64/photocoag/photocoag_fmu.so", "../lib/x86_64-linux-gnu/photocoag/photocoag_fmu.so",
-        "../lib/aarch64-linux-gnu/photocoag/photocoag_fmu.so"}) {
-    if (fs::exists(folder / place)) return read_file(folder / place, kLargest, "library");
-  }
+  const fs::path found = find_from_program(
+      {"photocoag_fmu.so", "lib/photocoag/photocoag_fmu.so", "lib64/photocoag/photocoag_fmu.so",
+       "lib/x86_64-linux-gnu/photocoag/photocoag_fmu.so",
+       "lib/aarch64-linux-gnu/photocoag/photocoag_fmu.so"},
+      2);
+  if (!found.empty()) return read_file(found, kLargest, "library");
   throw Error(
-      ErrorParts{.where = folder / "photocoag_fmu.so",
+      ErrorParts{.where = "photocoag_fmu.so",
                  .problem = "the FMU's library was not built with this program",
                  .accepted = "a build with -DPHOTOCOAG_EMBEDDABLE=ON, as ./photocoag does"});
 }

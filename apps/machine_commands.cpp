@@ -41,28 +41,6 @@ void add_machine_commands(CLI::App& app, int& exit_code) {
              "If cyclictest (Debian: rt-tests) is installed it runs at the same time."));
   latency_app->callback(
       [latency_options, &exit_code] { exit_code = latency_command(*latency_options); });
-
-  const auto convert_options = std::make_shared<ConvertOptions>();
-  CLI::App* convert_app = app.add_subcommand(
-      "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died");
-  convert_app->add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
-      ->required()
-      ->type_name("RUN|SEGMENT...");
-  convert_app->add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
-      ->type_name("FILE");
-  convert_app->add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
-  convert_app->add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
-  convert_app->add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
-  convert_app->add_flag("--recover", convert_options->recover,
-                        "write run.csv, summary.json and report.html from the log");
-  convert_app->footer(
-      footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
-             "  photocoag convert runs/first --mcap first.mcap\n"
-             "  photocoag convert runs/first/log/000000.seg --csv -\n"
-             "  photocoag convert runs/killed --recover\n"
-             "A run of `simulate` has no log: its run.csv is converted."));
-  convert_app->callback(
-      [convert_options, &exit_code] { exit_code = convert_command(*convert_options); });
 }
 
 }  // namespace photocoag

@@ -11,12 +11,11 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "completion.hpp"
 #include "console.hpp"
-#include "console_command.hpp"
 #include "device_commands.hpp"
 #include "driver_check_command.hpp"
 #include "export_fmu_command.hpp"
+#include "full_program.hpp"
 #include "json_object.hpp"
 #include "machine_commands.hpp"
 #include "model_commands.hpp"
@@ -24,7 +23,6 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/rom/file.hpp"
-#include "session_command.hpp"
 #include "stack.hpp"
 #include "study_commands.hpp"
 
@@ -95,6 +93,10 @@ std::string version_text(int argc, char** argv) {
 }
 
 int run_command(int argc, char** argv) {
+  if (argc == 2 && argv[1] == std::string_view("--version")) {
+    print("{}\n", version_text(argc, argv));
+    return 0;
+  }
   CLI::App app{
       "photocoag: real-time model predictive control of retinal laser treatment.\n"
       "Heats a spot of a simulated eye to a wanted peak temperature that cannot be measured, with "
@@ -319,10 +321,8 @@ int run_command(int argc, char** argv) {
   add_device_commands(app, exit_code);
   add_driver_check(app, exit_code);
   add_export_fmu(app, exit_code);
-  add_session(app, exit_code);
   add_study_commands(app, exit_code);
-  add_console_command(app, exit_code);
-  add_completion(app, exit_code);
+  add_full_commands(app, exit_code, argv);
   group_commands(app);
 
   try {

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "console.hpp"
+#include "full_program.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/core/stop_signal.hpp"
@@ -115,8 +116,7 @@ int session_command(const SessionCommandOptions& options) {
 
 void add_session(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<SessionCommandOptions>();
-  CLI::App* command = app.add_subcommand(
-      "session", "many spots, one device, one folder: a list or grid, with limits for all of it");
+  CLI::App* command = app.add_subcommand(kSession.name, kSession.description);
   command->add_option("FILE", options->file, "session file (TOML; docs/sessions.md)")->required();
   command
       ->add_option("--out", options->out,

@@ -12,6 +12,7 @@
 
 #include "configured.hpp"
 #include "console.hpp"
+#include "full_program.hpp"
 #include "options.hpp"
 #include "photocoag/campaign/pareto.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -31,13 +32,9 @@ namespace fs = std::filesystem;
 
 // The shipped studies: beside an installed program, else in the source tree around its build tree.
 fs::path shipped_studies() {
-  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
-  fs::path studies = folder.parent_path() / "share/photocoag/studies";
-  for (fs::path above = folder; !fs::exists(studies / "plan.toml") && above.has_relative_path();
-       above = above.parent_path()) {
-    studies = above / "studies";
-  }
-  return studies;
+  const fs::path plan =
+      find_from_program({"share/photocoag/studies/plan.toml", "studies/plan.toml"}, 8);
+  return plan.empty() ? fs::path("studies") : plan.parent_path();
 }
 
 // The folder asked for, or a new one below runs/.
@@ -255,7 +252,6 @@ void add_study_commands(CLI::App& app, int& exit_code) {
   add_explain(app, exit_code);
   add_sweep(app, exit_code);
   add_compare(app, exit_code);
-  add_campaign(app, exit_code);
 }
 
 }  // namespace photocoag

@@ -60,9 +60,9 @@ int campaign_command(const CampaignCommandOptions& options);
 /// Of `campaign --estimate`.
 int estimate_campaign(const CampaignCommandOptions& options, const Campaign& campaign);
 
-/// Adds `campaign`; the next function calls it.
+/// Adds `campaign`; it stores its exit code.
 void add_campaign(CLI::App& app, int& exit_code);
-/// Adds the commands of this file to the program; each stores its exit code.
+/// Adds the others of this file.
 void add_study_commands(CLI::App& app, int& exit_code);
 
 }  // namespace photocoag

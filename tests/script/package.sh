@@ -18,7 +18,7 @@ archive=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' "Suite:
 work=$(mktemp -d)
 root="$work/root"
 trap 'umount -q "$root/proc" 2>/dev/null || true; rm -rf "$work"' EXIT
-python3 "$(dirname "$0")/../../tools/bill_of_materials" "$build" "$build/apps/photocoag"
+python3 "$(dirname "$0")/../../tools/bill_of_materials" "$build" "$build"/apps/photocoag{,-full}
 (cd "$build" && cpack -G DEB -B "$work/packages" >"$work/log" 2>&1) || { tail "$work/log"; exit 1; }
 for package in photocoag libphotocoag libphotocoag-dev; do
   ls "$work/packages/${package}"_*.deb >/dev/null
@@ -42,6 +42,9 @@ echo "first treat: $(cat "$work/took")"
   { echo "more than $allowed s"; exit 1; }
 [ -s "$root/root/run/report.html" ]
 chroot "$root" photocoag --version --json | grep -q '"source_hash"'
+# What needs more libraries is in a program of its own.
+chroot "$root" sh -c 'cd /root && photocoag convert run --hdf5 run.h5 --mat run.mat && [ -s run.h5 ] && [ -s run.mat ]' >"$work/log" 2>&1 ||
+  { tail "$work/log"; exit 1; }
 grep -q CycloneDX "$root/usr/share/doc/photocoag/photocoag.cdx.json"
 grep -q '^OSQP\|^osqp' "$root/usr/share/doc/photocoag/THIRD-PARTY.txt" || grep -q '"osqp": ".*NOTFOUND' "$build/parts.json"
 chroot "$root" apt-get purge -y -qq photocoag >"$work/log" 2>&1 || { tail "$work/log"; exit 1; }
