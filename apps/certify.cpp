@@ -39,21 +39,20 @@ Range range_of(const std::string& option, const std::string& text, Range otherwi
 ParameterBox box_of(const CertifyCommandOptions& options, const Config& config,
                     const ReducedModel& model) {
   const EstimatorSettings& estimator = config.estimator;
-  ParameterBox box;
-  box.absorption =
-      range_of("--alpha", options.absorption, {estimator.absorption_min, estimator.absorption_max});
-  if (model.parameters == 2) {
-    box.choroid =
-        range_of("--beta", options.choroid, {estimator.choroid_min, estimator.choroid_max});
-  } else if (!options.choroid.empty()) {
+  const bool two = model.parameters == 2;
+  if (!two && !options.choroid.empty()) {
     throw Error(ErrorParts{.where = "--beta",
                            .problem = "the model has no second factor",
                            .found = options.choroid,
                            .accepted = "none, or a layer with scaled_by = \"beta\""});
   }
-  box.free.fill(range_of("--free", options.free, {0.0, 1.25 * config.control.peak_max}));
-  box.previous = range_of("--previous", options.previous,
-                          {config.control.power_min, config.control.power_max});
+  ParameterBox box =
+      usual_box(config.control, {estimator.absorption_min, estimator.absorption_max},
+                two ? Range{estimator.choroid_min, estimator.choroid_max} : Range{1.0, 1.0});
+  box.absorption = range_of("--alpha", options.absorption, box.absorption);
+  box.choroid = range_of("--beta", options.choroid, box.choroid);
+  box.free.fill(range_of("--free", options.free, box.free[0]));
+  box.previous = range_of("--previous", options.previous, box.previous);
   return box;
 }
 

@@ -17,12 +17,20 @@ from ._core import version as __version__
 from ._config import Config, Section
 from ._errors import ConfigError
 from ._many import Campaign, Claim, campaign, reproduce, simulate_many, sweep
-from ._models import Controller, Estimator, FullOrderModel, ReducedModel, reduce, response
+from ._models import (
+    Controller,
+    Estimator,
+    FullOrderModel,
+    ReducedModel,
+    certify,
+    reduce,
+    response,
+)
 from ._run import ControllerLike, EstimatorLike, PlantLike, Run, simulate, treat
 
 __all__ = [
     "Campaign", "Claim", "Config", "ConfigError", "Controller", "ControllerLike", "Estimator",
     "EstimatorLike", "FullOrderModel", "FullOrderPlant", "PlantLike", "ReducedModel",
     "ReducedPlant", "Run", "Section", "__notice__", "__source_hash__", "__version__", "campaign",
-    "reduce", "reproduce", "response", "simulate", "simulate_many", "sweep", "treat",
+    "certify", "reduce", "reproduce", "response", "simulate", "simulate_many", "sweep", "treat",
 ]

@@ -83,5 +83,6 @@ void bind_controller(nb::module_& module);
 void bind_run(nb::module_& module);
 void bind_many(nb::module_& module);
 void bind_eye(nb::module_& module);
+void bind_certify(nb::module_& module);
 
 }  // namespace photocoag::python

@@ -46,4 +46,5 @@ NB_MODULE(_core, module) {
   python::bind_run(module);
   python::bind_many(module);
   python::bind_eye(module);
+  python::bind_certify(module);
 }

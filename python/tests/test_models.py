@@ -55,6 +55,22 @@ def test_sparse_matrices_have_the_steady_state(config):
     assert full.c_volume(alpha) @ temperatures == pytest.approx(steady["volume_K"][0], rel=1e-6)
 
 
+def test_certify_proves_what_the_program_proves(config, program):
+    proof = pc.certify(config.set("control.horizon", 3), absorption=(0.5, 1.5), free=(10, 32))
+    theirs = json.loads(
+        program("certify", "--set", "control.horizon=3", "--alpha", "0.5,1.5", "--free", "10,32", "--json"))
+    assert proof == {key: theirs[key] for key in proof}
+    assert 0 < proof["changes_seen"] <= proof["changes_proved"] <= proof["hard_bound"] and proof["boxes"] > 1
+    for name, value in (("absorption", (2, 1)), ("absorption", (0.01, 1)), ("choroid", (1, 2)), ("free", "low"),
+                        ("previous", (0, 3)), ("boxes", 0)):
+        with pytest.raises(pc.ConfigError) as refused:
+            pc.certify(config.set("control.horizon", 2), **{name: value})
+        assert refused.value.key == name, value
+    with pytest.raises(pc.ConfigError) as refused:
+        pc.certify(config.set("control.horizon", 6))
+    assert refused.value.key == "control.horizon"
+
+
 def test_plants_step_as_the_response_says(config, model):
     alpha = config.plant.absorption_factor
     for plant, kind in ((pc.FullOrderModel(config).plant(), "full"), (model.plant(alpha), "reduced")):

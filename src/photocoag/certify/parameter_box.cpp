@@ -33,6 +33,14 @@ void ParameterBox::validate() const {
   require_range(previous, -1.0, 2.0, "--previous", "a range from -1 to 2 W");
 }
 
+ParameterBox usual_box(const ControlSettings& settings, Range absorption, Range choroid) {
+  ParameterBox box{.absorption = absorption,
+                   .choroid = choroid,
+                   .previous = {settings.power_min, settings.power_max}};
+  box.free.fill({0.0, 1.25 * settings.peak_max});
+  return box;
+}
+
 void require_certifiable(const ReducedModel& model, const ControlSettings& settings) {
   if (settings.horizon > kMaxCertifiedHorizon) {
     refuse("control.horizon", fmt::format("{}", settings.horizon),

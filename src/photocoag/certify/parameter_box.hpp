@@ -33,6 +33,10 @@ struct ParameterBox {
   void validate() const;
 };
 
+/// What `certify` takes where nothing narrower is asked for: free responses from 0 to 1.25 times
+/// the limit, all powers.
+ParameterBox usual_box(const ControlSettings& settings, Range absorption, Range choroid);
+
 /// Throws Error naming the first setting for which the count of active-set changes cannot be
 /// proved: another solver than dense, a robust limit, a reference that changes, a longer horizon.
 void require_certifiable(const ReducedModel& model, const ControlSettings& settings);
