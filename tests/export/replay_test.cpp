@@ -110,7 +110,8 @@ TEST(ReplayGuard, AnotherProbabilitysPowersAreSeen) {
   EXPECT_GT(replay(exported, recorded).power, kDouble.power);
 }
 
-INSTANTIATE_TEST_SUITE_P(Horizons, Replay, ::testing::Values(2, 5, 10, 20));
+INSTANTIATE_TEST_SUITE_P(Horizons, Replay, ::testing::Values(2, 5, 10, 20),
+                         [](const auto& one) { return "N" + std::to_string(one.param); });
 
 }  // namespace
 }  // namespace photocoag::testing

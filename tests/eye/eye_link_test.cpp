@@ -21,7 +21,10 @@ namespace {
 
 class BothTransports : public ::testing::TestWithParam<EyeTransport> {};
 INSTANTIATE_TEST_SUITE_P(EyeLink, BothTransports,
-                         ::testing::Values(EyeTransport::kSharedMemory, EyeTransport::kSocket));
+                         ::testing::Values(EyeTransport::kSharedMemory, EyeTransport::kSocket),
+                         [](const auto& one) {
+                           return one.param == EyeTransport::kSocket ? "Socket" : "SharedMemory";
+                         });
 
 TEST_P(BothTransports, PowersGoOutAndTemperaturesComeBack) {
   RunningEye eye;

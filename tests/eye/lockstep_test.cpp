@@ -20,7 +20,10 @@ namespace {
 
 class Lockstep : public ::testing::TestWithParam<EyeTransport> {};
 INSTANTIATE_TEST_SUITE_P(BothTransports, Lockstep,
-                         ::testing::Values(EyeTransport::kSharedMemory, EyeTransport::kSocket));
+                         ::testing::Values(EyeTransport::kSharedMemory, EyeTransport::kSocket),
+                         [](const auto& one) {
+                           return one.param == EyeTransport::kSocket ? "Socket" : "SharedMemory";
+                         });
 
 void dawdle() { std::this_thread::sleep_for(std::chrono::milliseconds(12)); }  // > two periods
 
