@@ -36,7 +36,7 @@ Range range_of(const std::string& option, const std::string& text, Range otherwi
   return {ends[0], ends[1]};
 }
 
-ParameterBox box_of(const CertifyCommandOptions& options, const Config& config,
+CertifiedBox box_of(const CertifyCommandOptions& options, const Config& config,
                     const ReducedModel& model) {
   const EstimatorSettings& estimator = config.estimator;
   const bool two = model.parameters == 2;
@@ -46,7 +46,7 @@ ParameterBox box_of(const CertifyCommandOptions& options, const Config& config,
                            .found = options.choroid,
                            .accepted = "none, or a layer with scaled_by = \"beta\""});
   }
-  ParameterBox box =
+  CertifiedBox box =
       usual_box(config.control, {estimator.absorption_min, estimator.absorption_max},
                 two ? Range{estimator.choroid_min, estimator.choroid_max} : Range{1.0, 1.0});
   box.absorption = range_of("--alpha", options.absorption, box.absorption);
@@ -101,7 +101,7 @@ int certify_command(const CertifyCommandOptions& options) {
   });
   const ReducedModel& model = models.reduced();
   clear_progress();
-  const ParameterBox box = box_of(options, config, model);
+  const CertifiedBox box = box_of(options, config, model);
   require_certifiable(model, config.control);
   box.validate();
   const CertifyOptions how{.boxes = options.boxes};

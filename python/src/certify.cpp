@@ -19,7 +19,7 @@ void take(Range& range, const char* name, nb::handle given) {
 }
 
 // The ranges are named as here, not as the program's options.
-void validate(const ParameterBox& box) {
+void validate(const CertifiedBox& box) {
   try {
     box.validate();
   } catch (const Error& error) {
@@ -44,7 +44,7 @@ nb::dict prove(const OwnedConfig& owned, nb::handle absorption, nb::handle choro
   const bool two = model.parameters == 2;
   if (!two && !choroid.is_none())
     refuse("choroid", choroid, "None: the model has no second factor");
-  ParameterBox box =
+  CertifiedBox box =
       usual_box(config.control, {estimator.absorption_min, estimator.absorption_max},
                 two ? Range{estimator.choroid_min, estimator.choroid_max} : Range{1.0, 1.0});
   take(box.absorption, "absorption", absorption);

@@ -14,8 +14,8 @@
 
 namespace photocoag::testing {
 
-inline ParameterBox box_of(double low, double high) {
-  ParameterBox box;
+inline CertifiedBox box_of(double low, double high) {
+  CertifiedBox box;
   box.free.fill({low, high});
   return box;
 }
@@ -24,7 +24,7 @@ inline ParameterBox box_of(double low, double high) {
 /// reference.
 class Attack {
  public:
-  Attack(const ReducedModel& model, const ControlSettings& settings, const ParameterBox& box)
+  Attack(const ReducedModel& model, const ControlSettings& settings, const CertifiedBox& box)
       : model_(model), settings_(settings), box_(box), ocp_(model, settings), random_(7) {
     const int order = model.order();
     Eigen::MatrixXd rows(order, order);
@@ -80,7 +80,7 @@ class Attack {
 
   const ReducedModel& model_;
   const ControlSettings& settings_;
-  const ParameterBox& box_;
+  const CertifiedBox& box_;
   OptimalControlProblem ocp_;
   Eigen::MatrixXd observed_;
   std::mt19937 random_;

@@ -24,7 +24,7 @@ const ReducedModel& model() {
   return made;
 }
 
-Certificate certified(const ControlSettings& settings, const ParameterBox& box,
+Certificate certified(const ControlSettings& settings, const CertifiedBox& box,
                       const CertifyOptions& options = {.samples = 20'000}) {
   const std::atomic<bool> stop{false};
   return certify(model(), settings, box, options, stop);
@@ -34,7 +34,7 @@ TEST(Certify, HorizonTwoNeedsOneChangeAtMost) {
   for (const double r1 : {0.0, 50.0}) {
     for (const double r2 : {0.0, 1000.0}) {
       const ControlSettings settings{.horizon = 2, .power_weight = r1, .power_change_weight = r2};
-      const ParameterBox box = box_of(0.0, 40.0);
+      const CertifiedBox box = box_of(0.0, 40.0);
       const Certificate found = certified(settings, box);
       EXPECT_EQ(found.proved, 1);
       EXPECT_EQ(found.seen, 1);
@@ -48,7 +48,7 @@ TEST(Certify, HorizonTwoNeedsOneChangeAtMost) {
 
 TEST(Certify, AnAttackNeverExceedsTheProvedCountButExceedsOneLess) {
   const ControlSettings settings{.horizon = 3};
-  const ParameterBox box = box_of(0.0, 40.0);
+  const CertifiedBox box = box_of(0.0, 40.0);
   const Certificate found = certified(settings, box);
   EXPECT_EQ(found.share, 1.0);
   EXPECT_EQ(found.proved, found.seen);
@@ -61,7 +61,7 @@ TEST(Certify, WhereTheSearchEndsTheBoundHoldsAllTheSame) {
   for (const StateWeight kind : {StateWeight::kConstant, StateWeight::kDelayed}) {
     const ControlSettings settings{
         .horizon = 3, .state_weight = kind, .power_weight = 50.0, .power_change_weight = 1000.0};
-    const ParameterBox box = box_of(10.0, 36.0);
+    const CertifiedBox box = box_of(10.0, 36.0);
     const Certificate found = certified(settings, box, {.boxes = 300, .samples = 20'000});
     EXPECT_LE(found.proved, found.hard_bound);
     EXPECT_GE(found.proved, found.seen);

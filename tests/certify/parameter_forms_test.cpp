@@ -45,8 +45,8 @@ const std::vector<Form>& forms() {
 }
 
 // Where the form is good: Taylor's is around its centre alone.
-ParameterBox box_for(const Form& form, double low, double high) {
-  ParameterBox box = box_of(low, high);
+CertifiedBox box_for(const Form& form, double low, double high) {
+  CertifiedBox box = box_of(low, high);
   if (form.kind == ThetaKind::kTaylor) box.absorption = {0.65, 0.8};
   if (form.parameters == 2) box.choroid = {0.8, 1.25};
   return box;
@@ -83,9 +83,9 @@ TEST(ParameterForms, TheCellHoldsTheControllersProblem) {
   for (const Form& form : forms()) {
     SCOPED_TRACE(form.name);
     SampledProblem sampled(form.model, settings, 3);
-    const ParameterBox whole = box_for(form, 5.0, 35.0);
+    const CertifiedBox whole = box_for(form, 5.0, 35.0);
     for (int trial = 0; trial < 40; ++trial) {
-      ParameterBox box = whole;
+      CertifiedBox box = whole;
       const auto narrow = [&](Range& range, double share) {
         const double half = share * range.radius();
         const double middle = range.middle() + (range.radius() - half) * place(random);
@@ -130,7 +130,7 @@ TEST(ParameterForms, TheProvedNumberHoldsAgainstTheAttack) {
   const std::atomic<bool> stop{false};
   for (const Form& form : forms()) {
     SCOPED_TRACE(form.name);
-    const ParameterBox box = box_for(form, 0.0, 40.0);
+    const CertifiedBox box = box_for(form, 0.0, 40.0);
     const Certificate found = certify(form.model, settings, box, {.samples = 20'000}, stop);
     EXPECT_EQ(found.share, 1.0);
     EXPECT_EQ(found.proved, found.seen);

@@ -175,7 +175,7 @@ void CellProblem::condense(const ReducedModel& model, const ControlSettings& set
 }
 
 Range reference_powers(const ReducedModel& model, const ControlSettings& settings,
-                       const ParameterBox& box) {
+                       const CertifiedBox& box) {
   constexpr int kParts = 16;
   const StateVector row = steady_row(model);
   Interval all(kUnbounded, -kUnbounded);

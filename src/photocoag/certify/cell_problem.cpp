@@ -6,7 +6,7 @@
 namespace photocoag {
 
 CellProblem::CellProblem(const ReducedModel& model, const ControlSettings& settings,
-                         const ParameterBox& box, long long cycle)
+                         const CertifiedBox& box, long long cycle)
     : n_(settings.horizon - 1),
       coefficients_(settings.horizon + (settings.power_change_weight > 0.0 ? 1 : 0)),
       box_(box),

@@ -51,7 +51,7 @@ struct Directions {
 class CellProblem {
  public:
   /// `cycle`: the delayed weights differ in the first three. Precondition: require_certifiable().
-  CellProblem(const ReducedModel& model, const ControlSettings& settings, const ParameterBox& box,
+  CellProblem(const ReducedModel& model, const ControlSettings& settings, const CertifiedBox& box,
               long long cycle);
 
   int inputs() const noexcept { return n_; }
@@ -100,7 +100,7 @@ class CellProblem {
 
   int n_;
   int coefficients_;
-  ParameterBox box_;
+  CertifiedBox box_;
   double lower_;     // u_min / u_max
   double peak_max_;  // K
   bool definite_ = false;
@@ -121,6 +121,6 @@ inline constexpr double kUndecided = 1e-8;
 
 /// All u_ref of the box, W.
 Range reference_powers(const ReducedModel& model, const ControlSettings& settings,
-                       const ParameterBox& box);
+                       const CertifiedBox& box);
 
 }  // namespace photocoag

@@ -25,7 +25,7 @@ constexpr int kChunk = 64;  // boxes between two looks at `stop`
 constexpr double kRoundings = 100.0;
 
 struct Piece {
-  ParameterBox box;
+  CertifiedBox box;
   long long cycle = 3;
   int halvings = 0;
   double volume = 1.0;                            // share of the whole
@@ -35,7 +35,7 @@ struct Piece {
 };
 
 // The ranges of a box that matter, in one order.
-std::vector<Range*> ranges_of(ParameterBox& box, int inputs, bool choroid, bool previous) {
+std::vector<Range*> ranges_of(CertifiedBox& box, int inputs, bool choroid, bool previous) {
   std::vector<Range*> ranges{&box.absorption};
   if (choroid) ranges.push_back(&box.choroid);
   for (int k = 0; k < inputs; ++k) ranges.push_back(&box.free[k]);
@@ -45,7 +45,7 @@ std::vector<Range*> ranges_of(ParameterBox& box, int inputs, bool choroid, bool 
 
 class Certifier {
  public:
-  Certifier(const ReducedModel& model, const ControlSettings& settings, ParameterBox box,
+  Certifier(const ReducedModel& model, const ControlSettings& settings, CertifiedBox box,
             const CertifyOptions& options, const std::atomic<bool>& stop,
             const CertifyProgress& progress)
       : model_(model),
@@ -182,7 +182,7 @@ class Certifier {
     piece.condition = found.condition;
   }
 
-  ParameterPoint point_at(const ParameterBox& box,
+  ParameterPoint point_at(const CertifiedBox& box,
                           const std::array<double, kMaxDimensions>& x) const {
     std::size_t i = 0;
     const auto at = [&](const Range& range) {
@@ -265,7 +265,7 @@ class Certifier {
 
   const ReducedModel& model_;
   const ControlSettings& settings_;
-  ParameterBox box_;
+  CertifiedBox box_;
   const CertifyOptions& options_;
   const std::atomic<bool>& stop_;
   const CertifyProgress& progress_;
@@ -279,7 +279,7 @@ class Certifier {
 
 }  // namespace
 
-std::string claim_text(const ControlSettings& settings, const ParameterBox& box,
+std::string claim_text(const ControlSettings& settings, const CertifiedBox& box,
                        const CertifyOptions& options) {
   std::string text = fmt::format(
       "dense N={} T={} y_ref={} y_max={} u_min={} u_max={} R0={} R1={} R2={} alpha={}..{} "
@@ -299,7 +299,7 @@ std::string claim_text(const ControlSettings& settings, const ParameterBox& box,
 bool Certificate::covers_rounding() const noexcept { return rounding <= kUndecided; }
 
 Certificate certify(const ReducedModel& model, const ControlSettings& settings,
-                    const ParameterBox& box, const CertifyOptions& options,
+                    const CertifiedBox& box, const CertifyOptions& options,
                     const std::atomic<bool>& stop, const CertifyProgress& progress) {
   require_certifiable(model, settings);
   box.validate();

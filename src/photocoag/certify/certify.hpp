@@ -40,7 +40,7 @@ struct Certificate {
 };
 
 /// Settings and box as one line of text: what a proof is a proof of.
-std::string claim_text(const ControlSettings& settings, const ParameterBox& box,
+std::string claim_text(const ControlSettings& settings, const CertifiedBox& box,
                        const CertifyOptions& options);
 
 /// Of the box that is done, 0 to 1, with the stage.
@@ -49,7 +49,7 @@ using CertifyProgress = std::function<void(std::string_view stage, double fracti
 /// Deterministic, unless stopped. Throws Error if the settings cannot be certified
 /// (require_certifiable) or the box is bad.
 Certificate certify(const ReducedModel& model, const ControlSettings& settings,
-                    const ParameterBox& box, const CertifyOptions& options,
+                    const CertifiedBox& box, const CertifyOptions& options,
                     const std::atomic<bool>& stop, const CertifyProgress& progress = {});
 
 }  // namespace photocoag

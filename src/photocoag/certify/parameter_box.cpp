@@ -24,7 +24,7 @@ void refuse(const char* key, std::string found, std::string accepted) {
 
 }  // namespace
 
-void ParameterBox::validate() const {
+void CertifiedBox::validate() const {
   require_range(absorption, 0.05, 5.0, "--alpha", "a range from 0.05 to 5");
   require_range(choroid, 0.05, 5.0, "--beta", "a range from 0.05 to 5");
   for (const Range& stage : free) {
@@ -33,8 +33,8 @@ void ParameterBox::validate() const {
   require_range(previous, -1.0, 2.0, "--previous", "a range from -1 to 2 W");
 }
 
-ParameterBox usual_box(const ControlSettings& settings, Range absorption, Range choroid) {
-  ParameterBox box{.absorption = absorption,
+CertifiedBox usual_box(const ControlSettings& settings, Range absorption, Range choroid) {
+  CertifiedBox box{.absorption = absorption,
                    .choroid = choroid,
                    .previous = {settings.power_min, settings.power_max}};
   box.free.fill({0.0, 1.25 * settings.peak_max});

@@ -23,7 +23,7 @@ inline constexpr int kMaxStages = kMaxCertifiedHorizon - 1;  // N - 1
 
 /// The free responses f_1 … f_{N-1}, each by itself, and everything else that changes from cycle to
 /// cycle. u_ref follows from alpha and beta (E21).
-struct ParameterBox {
+struct CertifiedBox {
   Range absorption{0.2, 2.0};
   Range choroid{1.0, 1.0};               // beta; plays no part for one parameter
   std::array<Range, kMaxStages> free{};  // K
@@ -35,7 +35,7 @@ struct ParameterBox {
 
 /// What `certify` takes where nothing narrower is asked for: free responses from 0 to 1.25 times
 /// the limit, all powers.
-ParameterBox usual_box(const ControlSettings& settings, Range absorption, Range choroid);
+CertifiedBox usual_box(const ControlSettings& settings, Range absorption, Range choroid);
 
 /// Throws Error naming the first setting for which the count of active-set changes cannot be
 /// proved: another solver than dense, a robust limit, a reference that changes, a longer horizon.
