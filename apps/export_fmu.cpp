@@ -36,6 +36,9 @@ struct ExportFmuOptions : CommonOptions {
   std::string kind;
   std::string out;  ///< file
   bool source = false;
+  std::string standard = "3.0";
+
+  FmiVersion version() const { return standard == "2.0" ? FmiVersion::k2 : FmiVersion::k3; }
 };
 
 void require_new(const std::string& file) {
@@ -68,7 +71,10 @@ void show_reduction(std::string_view stage, double fraction) {
 
 std::vector<FmuFile> files_with_library(FmuKind kind, const Config& config,
                                         const ExportFmuOptions& options) {
-  if (fmu_platform().empty()) throw Error("FMI 3.0 has no name for this machine's platform");
+  const std::string_view platform = fmu_platform(options.version());
+  if (platform.empty()) {
+    throw Error(fmt::format("FMI {} has no name for this machine's platform", options.standard));
+  }
   const std::string library = fmu_library();
   ModelStore models(config, !options.no_cache, show_reduction);
   std::optional<ReducedModel> model;
@@ -81,9 +87,9 @@ std::vector<FmuFile> files_with_library(FmuKind kind, const Config& config,
   }
   clear_progress();
   const FmuResources resources = fmu_resources(kind, config, model ? &*model : nullptr, margin);
-  std::vector<FmuFile> files = fmu_files(resources, config);
+  std::vector<FmuFile> files = fmu_files(resources, config, options.version());
   files.push_back(
-      {fmt::format("binaries/{}/{}.so", fmu_platform(), fmu_model_identifier(kind)), library});
+      {fmt::format("binaries/{}/{}.so", platform, fmu_model_identifier(kind)), library});
   return files;
 }
 
@@ -104,8 +110,9 @@ int export_fmu(const ExportFmuOptions& options) {
   } else {
     write_file(options.out, zip_archive(files_with_library(kind, config, options)));
   }
-  say("photocoag {}: {}\n{} as FMI 3.0 co-simulation, communication step {:g} ms\nwritten   {}\n",
-      version(), kResearchNotice, options.kind, config.control.period * 1e3, options.out);
+  say("photocoag {}: {}\n{} as FMI {} co-simulation, communication step {:g} ms\nwritten   {}\n",
+      version(), kResearchNotice, options.kind, options.standard, config.control.period * 1e3,
+      options.out);
   return 0;
 }
 
@@ -114,7 +121,8 @@ int export_fmu(const ExportFmuOptions& options) {
 void add_export_fmu(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ExportFmuOptions>();
   CLI::App* command = app.add_subcommand(
-      "export-fmu", "write the simulated eye or the controller as an FMU (FMI 3.0, co-simulation)");
+      "export-fmu",
+      "write the simulated eye or the controller as an FMU (FMI 3.0 or 2.0, co-simulation)");
   command->add_option("KIND", options->kind, "eye, or controller with its supervisor")
       ->required()
       ->check(CLI::IsMember({"eye", "controller"}));
@@ -123,11 +131,17 @@ void add_export_fmu(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "file to write, NAME.fmu")
       ->required()
       ->type_name("FILE");
-  command->add_flag("--source", options->source,
-                    "the controller as C99 sources instead of a library (without the supervisor)");
+  CLI::Option* source = command->add_flag(
+      "--source", options->source,
+      "the controller as C99 sources instead of a library (without the supervisor)");
+  command->add_option("--fmi", options->standard, "version of the standard")
+      ->check(CLI::IsMember({"3.0", "2.0"}))
+      ->capture_default_str()
+      ->excludes(source);
   command->footer(
       footer("  photocoag export-fmu controller --out controller.fmu\n"
              "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"
+             "  photocoag export-fmu eye --fmi 2.0 --out eye.fmu\n"
              "  photocoag export-fmu controller --source --out controller-c.fmu\n"
              "Stepped one after the other, eye first, they give the powers of simulate with the "
              "same configuration\nbit for bit: docs/fmu.md."));

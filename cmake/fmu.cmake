@@ -1,7 +1,8 @@
-# The library inside every FMU, beside the program: the C++ code that `simulate` runs, behind the C functions of FMI 3.0.
+# The library inside every FMU, beside the program: the C++ code that `simulate` runs, behind the C functions of FMI 3.0 and 2.0.
 # It depends on nothing but libc and libm, and exports nothing but those functions.
 find_library(LIBMD_ARCHIVE libmd.a REQUIRED)
-add_library(photocoag_fmu_library MODULE src/photocoag/fmu/entry.cpp src/photocoag/fmu/dependencies.cpp
+add_library(photocoag_fmu_library MODULE src/photocoag/fmu/entry.cpp src/photocoag/fmu/fmi2_entry.cpp
+  src/photocoag/fmu/dependencies.cpp
   src/fmu/c/fmi3_unsupported.c)
 set_target_properties(photocoag_fmu_library PROPERTIES OUTPUT_NAME photocoag_fmu PREFIX "" NO_SONAME ON
   C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON

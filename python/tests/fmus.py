@@ -61,7 +61,8 @@ class Part:
             fmpy.extract(str(file), str(folder))
         self.folder = folder
         self.variables = {one.name: one for one in self.description.modelVariables}
-        self.period = float(self.description.coSimulation.fixedInternalStepSize)
+        # FMI 2.0 knows no fixed step but the experiment's.
+        self.period = float(self.description.coSimulation.fixedInternalStepSize or self.description.defaultExperiment.stepSize)
         self.said: list[str] = []
         self.new()
 

@@ -44,7 +44,7 @@ struct Made {
     static const ReducedModel model = coarse_model();
     const bool full = kind == FmuKind::kEye && config.plant.model == PlantModel::kFull;
     const FmuResources resources = fmu_resources(kind, config, full ? nullptr : &model, margin);
-    for (const FmuFile& file : fmu_files(resources, config)) {
+    for (const FmuFile& file : fmu_files(resources, config, FmiVersion::k3)) {
       const std::string name = std::filesystem::path(file.name).filename();
       std::ofstream(folder.file(name)) << file.text;
     }
@@ -102,7 +102,7 @@ TEST(FmuState, AMinuteIsTheMostThatIsSerialised) {
   model.discretize(config.control.period, model.discretization);
   TemporaryFolder folder;
   const FmuResources resources = fmu_resources(FmuKind::kEye, config, &model, {});
-  for (const FmuFile& file : fmu_files(resources, config)) {
+  for (const FmuFile& file : fmu_files(resources, config, FmiVersion::k3)) {
     std::ofstream(folder.file(std::filesystem::path(file.name).filename())) << file.text;
   }
   FmuInstance instance(folder.path(), fmu_token(resources));

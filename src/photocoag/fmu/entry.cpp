@@ -10,14 +10,14 @@
 
 #include <fmi3.h>
 #include <fmi3_refuse.h>
-#include "photocoag/core/error.hpp"
-#include "photocoag/fmu/handles.hpp"
-#include "photocoag/fmu/instance.hpp"
+#include "photocoag/fmu/calls.hpp"
 
 namespace photocoag {
 namespace {
 
 struct Importer {
+  using Status = fmi3Status;
+
   fmi3InstanceEnvironment environment = nullptr;
   fmi3LogMessageCallback log = nullptr;
 
@@ -32,51 +32,22 @@ struct Importer {
   }
 };
 
-struct OpenInstance {
-  Importer importer;
-  FmuInstance instance;
-};
+using Open = OpenInstance<Importer>;
 
-Handles<OpenInstance>& all() {
-  static Handles<OpenInstance> handles;
-  return handles;
-}
+Handles<Open>& all() { return all_instances<Importer>(); }
 
 template <typename F>
 fmi3Status call(fmi3Instance handle, const char* function, F f) noexcept {
-  OpenInstance* open = all().find(handle);
-  if (open == nullptr) return fmi3Error;
-  try {
-    f(open->instance);
-    return fmi3OK;
-  } catch (const std::exception& error) {
-    open->importer.tell(function, error.what());
-    return fmi3Error;
-  }
+  return fmu_call<Importer>(handle, function, [&f](Open& open) { f(open.instance); });
 }
 
-void require_given(bool given) {
-  if (!given) throw Error("a null pointer, or another number of values than of references");
-}
-
-bool fits(const fmi3ValueReference* references, std::size_t n, const void* values,
-          std::size_t n_values) {
-  return n == n_values && (n == 0 || (references != nullptr && values != nullptr));
-}
-
-// All of the references or none.
 template <typename T>
 fmi3Status get(fmi3Instance handle, const char* function, FmuType type,
                const fmi3ValueReference* references, std::size_t n, T* values,
                std::size_t n_values) noexcept {
   return call(handle, function, [&](FmuInstance& instance) {
-    require_given(fits(references, n, values, n_values));
-    for (std::size_t i = 0; i < n; ++i) instance.check_readable(type, references[i]);
-    for (std::size_t i = 0; i < n; ++i) {
-      const FmuValue& value = instance.value(references[i]);
-      values[i] =
-          type == FmuType::kFloat64 ? static_cast<T>(value.number) : static_cast<T>(value.whole);
-    }
+    require_given(n == n_values);
+    get_values(instance, type, references, n, values);
   });
 }
 
@@ -84,16 +55,9 @@ template <typename T>
 fmi3Status set(fmi3Instance handle, const char* function, FmuType type,
                const fmi3ValueReference* references, std::size_t n, const T* values,
                std::size_t n_values) noexcept {
-  const auto value_of = [type](T value) {
-    return type == FmuType::kFloat64 ? FmuValue{.number = static_cast<double>(value)}
-                                     : FmuValue{.whole = static_cast<std::int64_t>(value)};
-  };
   return call(handle, function, [&](FmuInstance& instance) {
-    require_given(fits(references, n, values, n_values));
-    for (std::size_t i = 0; i < n; ++i) {
-      instance.check_writable(type, references[i], value_of(values[i]));
-    }
-    for (std::size_t i = 0; i < n; ++i) instance.set_value(references[i], value_of(values[i]));
+    require_given(n == n_values);
+    set_values(instance, type, references, n, values);
   });
 }
 
@@ -137,8 +101,8 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
       throw photocoag::Error(
           "no event mode and no intermediate variables: see modelDescription.xml");
     }
-    auto open = std::make_unique<photocoag::OpenInstance>(
-        photocoag::OpenInstance{importer, FmuInstance(resources, token)});
+    auto open =
+        std::make_unique<photocoag::Open>(photocoag::Open{importer, FmuInstance(resources, token)});
     fmi3Instance handle = all().add(std::move(open));
     if (handle == nullptr) throw photocoag::Error("too many instances at a time");
     return handle;

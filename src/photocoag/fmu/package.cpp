@@ -47,22 +47,23 @@ std::string fmu_model_identifier(FmuKind kind) {
   return fmt::format("photocoag_{}", to_string(kind));
 }
 
-std::string_view fmu_platform() noexcept {
+std::string_view fmu_platform(FmiVersion version) noexcept {
 #if defined(__linux__) && defined(__x86_64__)
-  return "x86_64-linux";
+  return version == FmiVersion::k2 ? "linux64" : "x86_64-linux";
 #elif defined(__linux__) && defined(__aarch64__)
-  return "aarch64-linux";
+  return version == FmiVersion::k2 ? "" : "aarch64-linux";
 #else
   return {};
 #endif
 }
 
-std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config) {
+std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config,
+                               FmiVersion version) {
+  const FmuDescription fmu{fmu_model_identifier(resources.kind), fmu_token(resources),
+                           fmu_variables(resources.kind, config)};
   std::vector<FmuFile> files = {
-      {"modelDescription.xml",
-       fmu_model_description({fmu_model_identifier(resources.kind), fmu_token(resources),
-                              fmu_variables(resources.kind, config)},
-                             config)},
+      {"modelDescription.xml", version == FmiVersion::k2 ? fmi2_model_description(fmu, config)
+                                                         : fmu_model_description(fmu, config)},
       {"documentation/index.html", documentation(resources.kind, config)},
       {"resources/kind.txt", fmt::format("{}\n", to_string(resources.kind))},
       {"resources/config.toml", resources.config}};

@@ -1,8 +1,9 @@
 // Role: setup; the files of an FMU: model description, resources, documentation. Used by the
 // command export-fmu, which adds the library and writes the archive. Source: FMI 3.0, section 2.4
-// (model description) and 2.5 (archive); docs/fmu.md. Allocates.
+// (model description) and 2.5 (archive), FMI 2.0, sections 2.2 and 2.3; docs/fmu.md. Allocates.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,8 +31,10 @@ FmuResources fmu_resources(FmuKind kind, const Config& config, const ReducedMode
 /// "photocoag_eye", "photocoag_controller": of the library's file, too.
 std::string fmu_model_identifier(FmuKind kind);
 
+enum class FmiVersion : std::uint8_t { k3, k2 };
+
 /// "x86_64-linux" and the like; empty: the standard has no name for this machine.
-std::string_view fmu_platform() noexcept;
+std::string_view fmu_platform(FmiVersion version) noexcept;
 
 struct FmuDescription {
   std::string identifier;
@@ -41,8 +44,11 @@ struct FmuDescription {
 
 /// modelDescription.xml. The same input gives the same bytes: no date.
 std::string fmu_model_description(const FmuDescription& fmu, const Config& config);
+/// That of FMI 2.0. Throws Error naming a whole number that takes more than its 32 bits.
+std::string fmi2_model_description(const FmuDescription& fmu, const Config& config);
 
 /// Everything but the library, modelDescription.xml first.
-std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config);
+std::vector<FmuFile> fmu_files(const FmuResources& resources, const Config& config,
+                               FmiVersion version);
 
 }  // namespace photocoag
