@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -86,6 +87,29 @@ std::string held_text(double mean_K, double deviation_K, std::string_view of) {
                                : fmt::format("no temperature {}", of);
 }
 
+// Of this process so far, resident.
+double most_memory_MB() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kB = 0.0;
+    if (word == "VmHWM:" && status >> kB) return kB * 1.024e-3;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+void say_spots(const Campaign& campaign, const CampaignResult& result, const Ranks& ranks) {
+  const auto computed = static_cast<double>(result.computed);
+  say("spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
+      result.journal->spots().size(), campaign.spots, result.computed, result.seconds,
+      result.seconds > 0.0 ? computed / result.seconds : 0.0, ranks.size(),
+      ranks.size() == 1 ? "" : "s");
+  if (ranks.size() == 1 && result.cpu_seconds > 0.0) {
+    say("          {:.0f} per second of processor time\n", computed / result.cpu_seconds);
+  }
+}
+
+void say_stopped() { say("STOPPED   the same command continues where this one stopped\n"); }
+
 int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   const Campaign campaign = load_campaign(options.file);
   if (options.replay) return ranks.rank() == 0 ? replay(options, campaign) : 0;
@@ -102,24 +126,26 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   const CampaignResult result = run_campaign(campaign, request, ranks, stop_requested(), show);
   if (ranks.rank() != 0) return 0;
   clear_progress();
-  const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);
-  write_results(request.out / "campaign.h5", campaign, result.spots);
-  write_file((request.out / "summary.json").string(), campaign_json(campaign, result.spots));
-  if (!result.spots.empty()) {
-    write_file((request.out / "index.html").string(),
-               campaign_page(campaign, result.spots, result.full_order_states, again));
-    write_file((request.out / "tables.md").string(),
-               campaign_markdown(campaign, result.spots, result.full_order_states));
-  }
-  const CampaignSummary summary = summarize_campaign(result.spots);
   say("photocoag {}: {}\n", version(), kResearchNotice);
-  say("spots     {} of {}, {} computed now in {:.1f} s ({:.0f} per second), {} rank{}\n",
-      result.spots.size(), campaign.spots, result.computed, result.seconds,
-      result.seconds > 0.0 ? static_cast<double>(result.computed) / result.seconds : 0.0,
-      ranks.size(), ranks.size() == 1 ? "" : "s");
-  if (ranks.size() == 1 && result.cpu_seconds > 0.0) {
-    say("          {:.0f} per second of processor time\n",
-        static_cast<double>(result.computed) / result.cpu_seconds);
+  say_spots(campaign, result, ranks);
+  if (!result.complete && options.only_complete) {
+    say_stopped();
+    return with_json(options.json, "campaign", 1, request.out,
+                     {{"spots", result.journal->spots().size()}, {"spots_wanted", campaign.spots}});
+  }
+  const fs::path table = request.out / "campaign.h5";
+  write_results(table, campaign, *result.journal);
+  const SpotRows rows = open_results(table, campaign);
+  const CampaignStatistics statistics = campaign_statistics(rows, request.out);
+  const CampaignSummary& summary = statistics.summary;
+  const std::string json = campaign_json(campaign, summary);
+  write_file((request.out / "summary.json").string(), json);
+  if (rows.count > 0) {
+    const std::string again = fmt::format("./photocoag campaign {} --replay", options.file);
+    write_file((request.out / "index.html").string(),
+               campaign_page(campaign, statistics, result.full_order_states, again));
+    write_file((request.out / "tables.md").string(),
+               campaign_markdown(campaign, statistics, result.full_order_states));
   }
   say("limit     exceeded in {} spots: {:.4g} %, 95 % interval {:.4g} to {:.4g} %\n",
       summary.violations, 100.0 * summary.probability, 100.0 * summary.probability_low,
@@ -132,13 +158,12 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   if (campaign.config.safety.supervised) {
     say("stopped   {} spots by the supervisor\n", summary.stopped);
   }
-  say("results   {}\nsummary   {}\nreport    {}\n", (request.out / "campaign.h5").string(),
+  say("memory    {:.0f} MB at most\n", most_memory_MB());
+  say("results   {}\nsummary   {}\nreport    {}\n", table.string(),
       (request.out / "summary.json").string(), (request.out / "index.html").string());
-  if (!result.complete) {
-    say("STOPPED   the same command continues where this one stopped\n");
-  }
+  if (!result.complete) say_stopped();
   return with_json(options.json, "campaign", result.complete ? 0 : 1, request.out,
-                   summary_object(campaign_json(campaign, result.spots)));
+                   summary_object(json));
 }
 
 }  // namespace
@@ -179,6 +204,11 @@ void add_campaign(CLI::App& app, int& exit_code) {
       ->check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
       ->excludes("--replay")
       ->type_name("N");
+  command
+      ->add_flag("--only-complete", options->only_complete,
+                 "an interrupted campaign keeps its spots and writes no table and no report yet")
+      ->excludes("--replay")
+      ->excludes("--estimate");
   add_json(*command, options->json)->excludes("--estimate");
   command->add_flag("--no-cache", options->no_cache, "make the reduced model anew");
   command->footer(fmt::format(

@@ -49,6 +49,7 @@ struct CampaignCommandOptions {
   unsigned threads = 0;                   ///< per rank; 0: all cores that the rank may use
   std::optional<std::uint64_t> replay;    ///< only this spot, with a run folder
   std::optional<std::uint64_t> estimate;  ///< instead: how honest the estimate of so many spots is
+  bool only_complete = false;             ///< no table and no report of an interrupted campaign
   bool json = false;                      ///< the outcome as JSON on standard output
   bool no_cache = false;
 };

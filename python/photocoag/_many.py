@@ -185,7 +185,9 @@ def campaign(
     progress: Progress = False,
     cache: bool = True,
 ) -> Campaign:
-    """Treat the random spots of a campaign on all cores, in memory.
+    """Treat the random spots of a campaign on all cores, in memory: at most 10,000,000.
+
+    The program ``photocoag campaign`` has no such limit; its ``campaign.h5`` can be read in parts.
 
     Parameters
     ----------

@@ -20,6 +20,8 @@
 #include "photocoag/campaign/campaign_file.hpp"
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/spot.hpp"
+#include "photocoag/campaign/spot_rows.hpp"
+#include "photocoag/core/error.hpp"
 #include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "run.hpp"
@@ -112,9 +114,20 @@ nb::list simulate_seeds(const OwnedConfig& owned, const std::vector<std::uint64_
   return list;
 }
 
+constexpr std::uint64_t kMostSpotsInMemory = 10'000'000;
+
 // (columns by name, units by name, summary as JSON)
 nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb::handle progress) {
   const Campaign description = load_campaign(file);
+  if (description.spots > kMostSpotsInMemory) {
+    throw Error(ErrorParts{.where = file,
+                           .key = "spots",
+                           .problem = "too many for memory, where this function keeps all of them",
+                           .found = std::to_string(description.spots),
+                           .accepted = "at most " + std::to_string(kMostSpotsInMemory) +
+                                       "; the program `photocoag campaign` has no such limit, and "
+                                       "its campaign.h5 can be read in parts"});
+  }
   std::vector<SpotRecord> spots(description.spots);
   std::atomic<std::size_t> done{0};
   interruptible(
@@ -147,7 +160,8 @@ nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb
     const OutcomeColumn& column = outcome_columns()[i];
     add(std::string(column.name), column.unit, [i](const SpotRecord& s) { return s.outcomes[i]; });
   }
-  return nb::make_tuple(columns, units, campaign_json(description, spots));
+  return nb::make_tuple(columns, units,
+                        campaign_json(description, summarize_campaign(rows_of(spots))));
 }
 
 // (study, claim, verdict, expected) of every claim.

@@ -42,6 +42,9 @@ def test_files_and_their_errors(tmp_path):
         with pytest.raises(pc.ConfigError) as caught:
             pc.campaign(file)
         assert caught.value.key == key
+    with pytest.raises(pc.ConfigError) as caught:
+        pc.campaign({**SPOTS, "spots": 10_000_001})
+    assert caught.value.key == "spots"
     for bad in (None, 3, [], {"spots": object()}):
         with pytest.raises(pc.ConfigError):
             pc.campaign(bad)

@@ -197,6 +197,46 @@ TEST(StudyCommands, ACampaignContinuesAndReplays) {
   EXPECT_EQ(sandbox.run("campaign spots.toml --out result").exit_code, 2);
 }
 
+// Starts what follows, and sends it a signal once a file has so many bytes.
+const std::string kSignalAt =
+    "bytes=$1 file=$2 signal=$3; shift 3; \"$@\" & p=$!\n"
+    "while kill -0 $p 2>/dev/null && [ $(stat -c %s $file 2>/dev/null || echo 0) -lt $bytes ]; do\n"
+    "  sleep 0.005\ndone\nkill -$signal $p\nwait $p\n";
+
+// Killed in the middle, where nothing can be tidied up, twice.
+TEST(StudyCommands, AKilledCampaignContinuesToTheSameBytes) {
+  const Sandbox sandbox;
+  write_all(sandbox.path("spots.toml"), campaign_text(400));
+  write_all(sandbox.path("signal-at.sh"), kSignalAt);
+  ASSERT_EQ(sandbox.run("campaign spots.toml --out whole").exit_code, 0);
+  for (const std::string bytes : {"20000", "50000"}) {
+    const ProgramResult killed = sandbox.run("campaign spots.toml --out cut",
+                                             "sh signal-at.sh " + bytes + " cut/journal.bin KILL");
+    EXPECT_EQ(killed.exit_code, 128 + 9) << killed.err;
+    EXPECT_FALSE(fs::exists(sandbox.path("cut/campaign.h5")));
+  }
+  const ProgramResult rest = sandbox.run("campaign spots.toml --out cut");
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_EQ(rest.err.find(" 400 computed now"), std::string::npos) << rest.err;
+  for (const std::string file : {"campaign.h5", "summary.json", "tables.md", "index.html"}) {
+    EXPECT_EQ(read_all(sandbox.path("cut/" + file)), read_all(sandbox.path("whole/" + file)));
+  }
+}
+
+TEST(StudyCommands, OnlyACompleteCampaignWritesItsTableIfAskedTo) {
+  const Sandbox sandbox;
+  write_all(sandbox.path("spots.toml"), campaign_text(400));
+  write_all(sandbox.path("signal-at.sh"), kSignalAt);
+  const std::string command = "campaign spots.toml --out result --only-complete";
+  const ProgramResult stopped =
+      sandbox.run(command, "sh signal-at.sh 5000 result/journal.bin TERM");
+  EXPECT_EQ(stopped.exit_code, 1) << stopped.err;
+  EXPECT_FALSE(fs::exists(sandbox.path("result/campaign.h5")));
+  EXPECT_NE(stopped.err.find("STOPPED"), std::string::npos) << stopped.err;
+  EXPECT_EQ(sandbox.run(command).exit_code, 0);
+  EXPECT_TRUE(fs::exists(sandbox.path("result/campaign.h5")));
+}
+
 // A bench's keys in every command: drawn by a campaign, they are in the replay's configuration, and
 // simulate and treat do with it what the campaign did.
 TEST(StudyCommands, ACampaignDrawsABenchAndSimulateAndTreatHaveTheSame) {

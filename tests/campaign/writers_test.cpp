@@ -32,6 +32,12 @@ CampaignResult run(const Campaign& campaign, const TemporaryFolder& folder) {
                       ranks, stop);
 }
 
+std::vector<SpotRecord> spots_of(const Journal& journal) {
+  std::vector<SpotRecord> all;
+  journal.for_each([&all](const double* block) { all.push_back(from_block(block, 1)); });
+  return all;
+}
+
 TEST(CampaignWriters, TheSecondIsRefusedWhileTheFirstRuns) {
   const TemporaryFolder folder;
   const Campaign campaign = small_campaign(folder);
@@ -49,21 +55,26 @@ TEST(CampaignWriters, TheSecondIsRefusedWhileTheFirstRuns) {
 TEST(CampaignWriters, SpotsThatAreThereTwiceCountOnce) {
   const TemporaryFolder folder;
   const Campaign campaign = small_campaign(folder);
-  const CampaignResult once = run(campaign, folder);
-  ASSERT_TRUE(once.complete);
+  ASSERT_TRUE(run(campaign, folder).complete);
+  const std::vector<SpotRecord> once =
+      spots_of(Journal(folder.path() / "out" / "journal.bin", campaign));
+  ASSERT_EQ(once.size(), 6U);
   {
     Journal journal(folder.path() / "out" / "journal.bin", campaign);
-    journal.append(once.spots[1]);
-    journal.append(once.spots[4]);
-    SpotRecord foreign = once.spots[0];
+    journal.append(once[1]);
+    journal.append(once[4]);
+    SpotRecord foreign = once[0];
     foreign.spot = campaign.spots;
     journal.append(foreign);
+    EXPECT_EQ(journal.spots().size(), 6U);
   }
   const CampaignResult again = run(campaign, folder);
   EXPECT_TRUE(again.complete);
   EXPECT_EQ(again.computed, 0U);
-  ASSERT_EQ(again.spots.size(), once.spots.size());
-  for (std::size_t i = 0; i < once.spots.size(); ++i) EXPECT_EQ(again.spots[i].spot, i);
+  EXPECT_EQ(again.journal->spots().size(), 6U);
+  const std::vector<SpotRecord> spots = spots_of(*again.journal);
+  ASSERT_EQ(spots.size(), once.size());
+  for (std::size_t i = 0; i < once.size(); ++i) EXPECT_EQ(spots[i].spot, once[i].spot);
 }
 
 // Four processes that another MPI's launcher, or none, has started would each do everything.

@@ -41,9 +41,6 @@ std::string text_of(const Value& value, const std::string& key) {
   return value.string;
 }
 
-// All results are in memory in the end.
-constexpr std::uint64_t kMostSpots = 10'000'000;
-
 std::uint64_t count_of(const Value& value, const std::string& key, std::int64_t low) {
   if (value.kind != Value::Kind::kInteger || value.integer < low) {
     refuse(value, key, fmt::format("a whole number from {} on", low));
@@ -117,9 +114,6 @@ Campaign load_campaign(const std::string& file) {
   campaign.file = file;
   campaign.text = read_file(file, 1'000'000);
   campaign.spots = count_of(required(root, "spots"), "spots", 1);
-  if (campaign.spots > kMostSpots) {
-    refuse(required(root, "spots"), "spots", fmt::format("at most {}", kMostSpots));
-  }
   if (const Value* seed = root.find("seed")) campaign.seed = count_of(*seed, "seed", 0);
   std::string config_file;
   if (const Value* config = root.find("config")) {

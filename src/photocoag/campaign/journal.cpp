@@ -3,14 +3,12 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <bit>
 #include <cerrno>
 #include <cstring>
-#include <string_view>
-#include <utility>
+#include <vector>
 
 #include "photocoag/core/error.hpp"
 
@@ -18,10 +16,10 @@ namespace photocoag {
 namespace {
 
 // FNV-1a: finds blocks that were cut short or mixed up, which is all that can happen to them.
-std::uint64_t checksum(const std::vector<double>& block) {
+std::uint64_t checksum(const double* block, std::size_t size) {
   std::uint64_t hash = 14695981039346656037ULL;
-  for (const double value : block) {
-    hash ^= std::bit_cast<std::uint64_t>(value);
+  for (std::size_t i = 0; i < size; ++i) {
+    hash ^= std::bit_cast<std::uint64_t>(block[i]);
     hash *= 1099511628211ULL;
   }
   return hash;
@@ -35,82 +33,64 @@ std::string header_of(const Campaign& campaign) {
   return fmt::format("photocoag campaign journal 1 {}\n", campaign.identity());
 }
 
+// Up to `size` bytes from `offset` on; fewer at the end of the file.
+std::size_t read_at(int file, const std::string& name, void* data, std::size_t size,
+                    std::uint64_t offset) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t got = pread(file, static_cast<char*>(data) + done, size - done,
+                              static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(name, "cannot be read");
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
+constexpr std::size_t kChunk = 4096;  // blocks that are read at a time
+
 }  // namespace
 
-std::size_t block_size(std::size_t inputs) { return 2 + inputs + outcome_columns().size(); }
-
-std::vector<double> to_block(const SpotRecord& record) {
-  std::vector<double> block = {std::bit_cast<double>(record.spot),
-                               std::bit_cast<double>(record.noise_seed)};
-  block.insert(block.end(), record.inputs.begin(), record.inputs.end());
-  block.insert(block.end(), record.outcomes.begin(), record.outcomes.end());
-  return block;
-}
-
-SpotRecord from_block(const double* block, std::size_t inputs) {
-  const double* values = block + 2;
-  return {.spot = std::bit_cast<std::uint64_t>(block[0]),
-          .noise_seed = std::bit_cast<std::uint64_t>(block[1]),
-          .inputs = {values, values + inputs},
-          .outcomes = {values + inputs, block + block_size(inputs)}};
-}
-
 Journal::Journal(const std::filesystem::path& file, const Campaign& campaign)
-    : name_(file.string()) {
+    : name_(file.string()),
+      campaign_spots_(campaign.spots),
+      block_size_(block_size(campaign.inputs.size()) + 1) {
   file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) fail(name_, "cannot be opened");
   try {
-    read(campaign);
+    open_for(campaign);
   } catch (...) {
     close(file_);
     throw;
   }
 }
 
-void Journal::read(const Campaign& campaign) {
+void Journal::open_for(const Campaign& campaign) {
   if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw Error(ErrorParts{.where = name_,
                            .problem = "another process runs this campaign",
                            .accepted = "one at a time in a folder"});
   }
   const std::string header = header_of(campaign);
-  struct stat status {};
-  if (fstat(file_, &status) != 0) fail(name_, "cannot be read");
-  std::string content(static_cast<std::size_t>(status.st_size), '\0');
-  if (pread(file_, content.data(), content.size(), 0) != status.st_size) {
-    fail(name_, "cannot be read");
-  }
-  std::size_t good = 0;
-  if (content.size() < header.size()) {
+  header_ = header.size();
+  std::string there(header.size(), '\0');
+  if (read_at(file_, name_, there.data(), there.size(), 0) < header.size()) {
     // New, or cut short within the header.
     if (pwrite(file_, header.data(), header.size(), 0) != static_cast<ssize_t>(header.size())) {
       fail(name_, "cannot be written");
     }
-    good = header.size();
-  } else if (std::string_view(content).substr(0, header.size()) != header) {
+  } else if (there != header) {
     throw Error(ErrorParts{.where = name_,
                            .problem = "the journal of another campaign: its file, configuration or "
                                       "program differ from these",
                            .accepted = "the same campaign and program, or a new folder"});
-  } else {
-    const std::size_t inputs = campaign.inputs.size();
-    const std::size_t bytes = (block_size(inputs) + 1) * sizeof(double);
-    good = header.size();
-    std::vector<double> block(block_size(inputs));
-    std::vector<bool> seen(campaign.spots, false);
-    for (; good + bytes <= content.size(); good += bytes) {
-      std::uint64_t sum = 0;
-      std::memcpy(block.data(), content.data() + good, bytes - sizeof sum);
-      std::memcpy(&sum, content.data() + good + bytes - sizeof sum, sizeof sum);
-      if (sum != checksum(block)) break;
-      SpotRecord record = from_block(block.data(), inputs);
-      if (record.spot >= campaign.spots || seen[record.spot]) continue;  // two wrote here once
-      seen[record.spot] = true;
-      found_.push_back(std::move(record));
-    }
   }
-  if (ftruncate(file_, static_cast<off_t>(good)) != 0 ||
-      lseek(file_, static_cast<off_t>(good), SEEK_SET) < 0) {
+  const auto end = static_cast<off_t>(for_each_good([this](const double* block) {
+    const auto spot = std::bit_cast<std::uint64_t>(block[0]);
+    if (spot < campaign_spots_) spots_.insert(spot);  // two wrote here once
+  }));
+  if (ftruncate(file_, end) != 0 || lseek(file_, end, SEEK_SET) < 0) {
     fail(name_, "cannot be written");
   }
 }
@@ -119,9 +99,13 @@ Journal::~Journal() {
   if (file_ >= 0) close(file_);
 }
 
+std::size_t Journal::bytes_per_spot(const Campaign& campaign) {
+  return (block_size(campaign.inputs.size()) + 1) * sizeof(double);
+}
+
 void Journal::append(const SpotRecord& record) {
   std::vector<double> block = to_block(record);
-  block.push_back(std::bit_cast<double>(checksum(block)));
+  block.push_back(std::bit_cast<double>(checksum(block.data(), block.size())));
   const char* data = reinterpret_cast<const char*>(block.data());
   std::size_t left = block.size() * sizeof(double);
   while (left > 0) {
@@ -130,6 +114,31 @@ void Journal::append(const SpotRecord& record) {
     if (written <= 0) fail(name_, "cannot be written");
     data += written;
     left -= static_cast<std::size_t>(written);
+  }
+  if (record.spot < campaign_spots_) spots_.insert(record.spot);
+}
+
+void Journal::for_each(const std::function<void(const double* block)>& see) const {
+  SpotSet seen;
+  for_each_good([&](const double* block) {
+    const auto spot = std::bit_cast<std::uint64_t>(block[0]);
+    if (spot < campaign_spots_ && seen.insert(spot)) see(block);
+  });
+}
+
+std::uint64_t Journal::for_each_good(const std::function<void(const double* block)>& see) const {
+  const std::size_t bytes = block_size_ * sizeof(double);
+  std::vector<double> blocks(kChunk * block_size_);
+  std::uint64_t at = header_;
+  while (true) {
+    const std::size_t whole = read_at(file_, name_, blocks.data(), kChunk * bytes, at) / bytes;
+    for (std::size_t i = 0; i < whole; ++i) {
+      const double* const block = blocks.data() + i * block_size_;
+      const auto sum = std::bit_cast<std::uint64_t>(block[block_size_ - 1]);
+      if (sum == checksum(block, block_size_ - 1)) see(block);
+    }
+    at += whole * bytes;
+    if (whole < kChunk) return at;
   }
 }
 

@@ -1,42 +1,49 @@
 // Role: offline; finished spots on disk, so that an interrupted campaign continues. Used by
 // campaign. Append-only: a header, then one block of fixed size per spot with its checksum; a block
-// cut short by a crash is dropped, and so is the second block of a spot. Real-time promise: none.
-// Threads: one owner.
+// that is cut short or damaged counts as none, and so does the second block of a spot. Memory does
+// not depend on the number of spots. Real-time promise: none. Threads: one owner.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
-#include <vector>
 
 #include "photocoag/campaign/spot.hpp"
+#include "photocoag/campaign/spot_set.hpp"
 
 namespace photocoag {
 
-/// A spot as bytes, for the journal and for messages between ranks.
-std::vector<double> to_block(const SpotRecord& record);
-SpotRecord from_block(const double* block, std::size_t inputs);
-std::size_t block_size(std::size_t inputs);
-
 class Journal {
  public:
-  /// Opens or makes `file`, locks it, and reads the spots that are there, each once. Throws Error
-  /// if another process has it, or if it belongs to another campaign (file, configuration or
-  /// program have changed).
+  /// Opens or makes `file`, locks it, and looks which spots are there. Throws Error if another
+  /// process has it, or if it belongs to another campaign (file, configuration or program have
+  /// changed).
   Journal(const std::filesystem::path& file, const Campaign& campaign);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  const std::vector<SpotRecord>& found() const noexcept { return found_; }
+  const SpotSet& spots() const noexcept { return spots_; }
   /// Returns when the system has the block: a crash of the program loses nothing after that.
   void append(const SpotRecord& record);
+  /// Calls `see` with the block (campaign/spot.hpp) of each spot once, in the order of the file.
+  void for_each(const std::function<void(const double* block)>& see) const;
+
+  /// Bytes of a spot.
+  static std::size_t bytes_per_spot(const Campaign& campaign);
 
  private:
-  void read(const Campaign& campaign);
+  void open_for(const Campaign& campaign);
+  // Every block whose checksum is right; the end of the last whole one in the file.
+  std::uint64_t for_each_good(const std::function<void(const double* block)>& see) const;
 
   std::string name_;
+  std::uint64_t campaign_spots_;
+  std::size_t block_size_;  // with the checksum
   int file_ = -1;
-  std::vector<SpotRecord> found_;
+  std::uint64_t header_ = 0;  // bytes
+  SpotSet spots_;
 };
 
 }  // namespace photocoag

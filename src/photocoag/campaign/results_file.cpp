@@ -1,22 +1,32 @@
 #include "photocoag/campaign/results_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <bit>
+#include <cerrno>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/files.hpp"
 #include "photocoag/run_files/hdf5_file.hpp"
 
 namespace photocoag {
 namespace {
 
 using namespace hdf5;
+namespace fs = std::filesystem;
+
+// Rows are written and read past HDF5, which says what goes wrong with a disk less well: what is in
+// memory is what the file says is in it.
+static_assert(std::endian::native == std::endian::little);
 
 void count_attribute(hid_t object, const char* name, std::uint64_t value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
@@ -59,25 +69,11 @@ std::vector<Column> columns_of(const Campaign& campaign) {
   return columns;
 }
 
-}  // namespace
-
-void write_results(const std::filesystem::path& file, const Campaign& campaign,
-                   const std::vector<SpotRecord>& spots) {
+// The file but for its rows, for which there is room; where they go, in bytes.
+std::uint64_t write_frame(const fs::path& file, const Campaign& campaign, std::uint64_t rows) {
   const std::vector<Column> columns = columns_of(campaign);
   const std::size_t row_bytes = columns.size() * 8;
-  std::vector<char> rows(row_bytes * spots.size());
-  for (std::size_t k = 0; k < spots.size(); ++k) {
-    char* at = rows.data() + k * row_bytes;
-    const auto put = [&at](const void* value) {
-      std::memcpy(at, value, 8);
-      at += 8;
-    };
-    put(&spots[k].spot);
-    put(&spots[k].noise_seed);
-    for (const double value : spots[k].inputs) put(&value);
-    for (const double value : spots[k].outcomes) put(&value);
-  }
-  const Handle out = file_in_memory();
+  const Handle out(H5Fcreate(file.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
   const Handle memory(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
   const Handle disk(H5Tcreate(H5T_COMPOUND, row_bytes), H5Tclose);
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -86,13 +82,21 @@ void write_results(const std::filesystem::path& file, const Campaign& campaign,
                    count ? H5T_NATIVE_UINT64 : H5T_NATIVE_DOUBLE));
     need(H5Tinsert(disk, columns[i].name.c_str(), i * 8, count ? H5T_STD_U64LE : H5T_IEEE_F64LE));
   }
-  const hsize_t size = spots.size();
+  const hsize_t size = rows;
   const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
   const Handle how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   need(H5Pset_obj_track_times(how, false));  // the same campaign, the same bytes
   const Handle table(H5Dcreate2(out, "spots", disk, space, H5P_DEFAULT, how, H5P_DEFAULT),
                      H5Dclose);
-  if (!spots.empty()) need(H5Dwrite(table, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data()));
+  if (rows > 0) {
+    // The first row makes HDF5 allot the room for all of them.
+    const hsize_t first = 0;
+    const hsize_t one = 1;
+    need(H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, nullptr, &one, nullptr));
+    const Handle row(H5Screate_simple(1, &one, nullptr), H5Sclose);
+    const std::vector<char> zeros(row_bytes);
+    need(H5Dwrite(table, memory, row, space, H5P_DEFAULT, zeros.data()));
+  }
   for (std::size_t i = 0; i < columns.size(); ++i) {
     text_attribute(table, ("unit of " + columns[i].name).c_str(), columns[i].unit);
     text_attribute(table, ("meaning of " + columns[i].name).c_str(), columns[i].meaning);
@@ -105,7 +109,135 @@ void write_results(const std::filesystem::path& file, const Campaign& campaign,
   text_attribute(out, "config_sha256", config_sha256(campaign.config));
   count_attribute(out, "seed", campaign.seed);
   count_attribute(out, "spots_wanted", campaign.spots);
-  write_file(file.string(), image_of(out));
+  need(H5Fflush(out, H5F_SCOPE_GLOBAL));
+  return rows > 0 ? H5Dget_offset(table) : 0;
+}
+
+// A file that closes itself.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& file, int how) : name_(file.string()) {
+    number_ = open(name_.c_str(), how | O_CLOEXEC | O_NOFOLLOW);
+    if (number_ < 0) fail("cannot be opened");
+  }
+  ~Descriptor() { close(number_); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  void write(const void* data, std::size_t bytes, std::uint64_t offset) const {
+    for (std::size_t done = 0; done < bytes;) {
+      const ssize_t now = pwrite(number_, static_cast<const char*>(data) + done, bytes - done,
+                                 static_cast<off_t>(offset + done));
+      if (now < 0 && errno == EINTR) continue;
+      if (now <= 0) fail("cannot be written");
+      done += static_cast<std::size_t>(now);
+    }
+  }
+  void read(void* data, std::size_t bytes, std::uint64_t offset) const {
+    for (std::size_t done = 0; done < bytes;) {
+      const ssize_t now = pread(number_, static_cast<char*>(data) + done, bytes - done,
+                                static_cast<off_t>(offset + done));
+      if (now < 0 && errno == EINTR) continue;
+      if (now == 0) errno = EIO;
+      if (now <= 0) fail("cannot be read");
+      done += static_cast<std::size_t>(now);
+    }
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(ErrorParts{.where = name_, .problem = what + ": " + std::strerror(errno)});
+  }
+
+ private:
+  std::string name_;
+  int number_ = -1;
+};
+
+// Puts blocks into their rows. They come nearly in order: many neighbours are written at once.
+class RowWriter {
+ public:
+  RowWriter(const Descriptor& file, std::uint64_t offset, std::size_t row_size,
+            const SpotSet& spots)
+      : file_(file), offset_(offset), row_size_(row_size), row_of_(spots) {}
+
+  void add(const double* block) {
+    rows_.push_back({row_of_(std::bit_cast<std::uint64_t>(block[0])), rows_.size()});
+    blocks_.insert(blocks_.end(), block, block + row_size_);
+    if (rows_.size() == kChunk) flush();
+  }
+  void flush() {
+    std::sort(rows_.begin(), rows_.end());
+    for (std::size_t i = 0; i < rows_.size();) {
+      const std::uint64_t first = rows_[i].first;
+      run_.clear();
+      for (; i < rows_.size() && rows_[i].first == first + run_.size() / row_size_; ++i) {
+        const double* const block = blocks_.data() + rows_[i].second * row_size_;
+        run_.insert(run_.end(), block, block + row_size_);
+      }
+      file_.write(run_.data(), run_.size() * sizeof(double),
+                  offset_ + first * row_size_ * sizeof(double));
+    }
+    rows_.clear();
+    blocks_.clear();
+  }
+
+ private:
+  static constexpr std::size_t kChunk = 8192;  // rows
+
+  const Descriptor& file_;
+  std::uint64_t offset_;
+  std::size_t row_size_;
+  RowOfSpot row_of_;
+  std::vector<std::pair<std::uint64_t, std::size_t>> rows_;  // and their places in blocks_
+  std::vector<double> blocks_;
+  std::vector<double> run_;
+};
+
+}  // namespace
+
+std::size_t bytes_per_row(const Campaign& campaign) {
+  return block_size(campaign.inputs.size()) * sizeof(double);
+}
+
+void write_results(const fs::path& file, const Campaign& campaign, const Journal& journal) {
+  const fs::path part = file.string() + ".part";
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  try {
+    const std::uint64_t rows = journal.spots().size();
+    const std::uint64_t offset = write_frame(part, campaign, rows);
+    if (rows > 0) {
+      const Descriptor out(part, O_WRONLY);
+      RowWriter writer(out, offset, block_size(campaign.inputs.size()), journal.spots());
+      journal.for_each([&writer](const double* block) { writer.add(block); });
+      writer.flush();
+    }
+    std::error_code error;
+    fs::rename(part, file, error);
+    if (!error) return;
+    throw Error(
+        ErrorParts{.where = file.string(), .problem = "cannot be written: " + error.message()});
+  } catch (...) {
+    fs::remove(part, ignored);
+    throw;
+  }
+}
+
+SpotRows open_results(const fs::path& file, const Campaign& campaign) {
+  SpotRows rows{.count = 0, .inputs = campaign.inputs.size(), .read = {}};
+  std::uint64_t offset = 0;
+  {
+    const Handle in(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const Handle table(H5Dopen2(in, "spots", H5P_DEFAULT), H5Dclose);
+    const Handle space(H5Dget_space(table), H5Sclose);
+    rows.count = static_cast<std::uint64_t>(H5Sget_simple_extent_npoints(space));
+    if (rows.count > 0) offset = H5Dget_offset(table);
+  }
+  const auto in = std::make_shared<const Descriptor>(file, O_RDONLY);
+  rows.read = [in, offset, bytes = bytes_per_row(campaign)](std::uint64_t first, std::size_t count,
+                                                            double* blocks) {
+    in->read(blocks, count * bytes, offset + first * bytes);
+  };
+  return rows;
 }
 
 }  // namespace photocoag

@@ -1,5 +1,7 @@
 #include "photocoag/campaign/run_campaign.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -9,10 +11,12 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
-#include "photocoag/campaign/journal.hpp"
+#include "photocoag/campaign/campaign_statistics.hpp"
+#include "photocoag/campaign/results_file.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/run_folder.hpp"
@@ -108,28 +112,50 @@ class Pool {
 // Numbers of spots that are still to do; rank 0 hands them out.
 class Ledger {
  public:
-  Ledger(std::uint64_t total, const std::vector<SpotRecord>& found) : done_(total, false) {
-    for (const SpotRecord& record : found) {
-      if (record.spot < total) done_[record.spot] = true;
-    }
-  }
+  Ledger(std::uint64_t total, const SpotSet& done) : total_(total), done_(done) {}
   std::vector<std::uint64_t> next(std::size_t count) {
     std::vector<std::uint64_t> spots;
-    for (; next_ < done_.size() && spots.size() < count; ++next_) {
-      if (!done_[next_]) spots.push_back(next_);
+    while (spots.size() < count) {
+      const std::uint64_t spot = done_.next_missing(next_);
+      if (spot >= total_) break;
+      spots.push_back(spot);
+      next_ = spot + 1;
     }
     return spots;
   }
-  void close() { next_ = done_.size(); }
+  void close() { next_ = total_; }
 
  private:
-  std::vector<bool> done_;
-  std::size_t next_ = 0;
+  std::uint64_t total_;
+  const SpotSet& done_;
+  std::uint64_t next_ = 0;  // those before it are done or under way
 };
+
+void require_room(const fs::path& out, const Campaign& campaign) {
+  std::error_code error;
+  fs::path there = fs::absolute(out, error);
+  while (!error && !fs::exists(there, error) && there.has_relative_path()) {
+    there = there.parent_path();
+  }
+  const fs::space_info space = fs::space(there, error);
+  if (error) return;
+  double needed = campaign_bytes(campaign);
+  const std::uintmax_t journal = fs::file_size(out / "journal.bin", error);
+  if (!error) needed -= static_cast<double>(journal);
+  if (needed <= static_cast<double>(space.available)) return;
+  throw Error(ErrorParts{
+      .where = out.string(),
+      .problem = "the disk has no room for this campaign",
+      .found = fmt::format("{:.3g} GB", static_cast<double>(space.available) * 1e-9),
+      .accepted = fmt::format("{:.3g} GB, {:.0f} bytes a spot for journal, table and statistics",
+                              needed * 1e-9,
+                              campaign_bytes(campaign) / static_cast<double>(campaign.spots))});
+}
 
 // A campaign's folder is new, empty, or holds this campaign's journal, which is this process's now.
 std::unique_ptr<Journal> prepare_folder(const fs::path& out, const Campaign& campaign) {
   if (!fs::exists(out / "journal.bin")) check_run_folder(out);
+  require_room(out, campaign);
   std::error_code error;
   fs::create_directories(out, error);
   if (error) {
@@ -147,21 +173,19 @@ std::unique_ptr<Journal> prepare_folder(const fs::path& out, const Campaign& cam
 void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, unsigned threads,
           const std::atomic<bool>& stop,
           const std::function<void(const CampaignProgress&)>& progress, CampaignResult& result) {
-  Ledger ledger(campaign.spots, journal.found());
-  result.spots = journal.found();
+  Ledger ledger(campaign.spots, journal.spots());
   const auto begin = Clock::now();
   const std::clock_t cpu_begin = std::clock();
   auto told = begin;
   int working = ranks.size() - 1;  // other ranks that have not been told the end
   std::size_t outside = 0;         // spots that other ranks have and have not sent back
-  const auto keep = [&](SpotRecord record) {
+  const auto keep = [&](const SpotRecord& record) {
     journal.append(record);
-    result.spots.push_back(std::move(record));
     ++result.computed;
   };
   const auto tell = [&] {
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    CampaignProgress now{.done = result.spots.size(), .total = campaign.spots};
+    CampaignProgress now{.done = journal.spots().size(), .total = campaign.spots};
     now.per_second = seconds > 0.0 ? static_cast<double>(result.computed) / seconds : 0.0;
     now.seconds_left =
         now.per_second > 0.0 ? static_cast<double>(now.total - now.done) / now.per_second : 0.0;
@@ -173,7 +197,7 @@ void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, 
       ledger.close();
       pool.clear();
     }
-    for (SpotRecord& record : pool.take()) keep(std::move(record));
+    for (const SpotRecord& record : pool.take()) keep(record);
     if (pool.waiting() < threads) {
       const auto spots = ledger.next(kBatchPerThread * threads);
       for (const std::uint64_t spot : spots) pool.add(spot);
@@ -205,9 +229,7 @@ void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, 
   if (progress) tell();
   result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   result.cpu_seconds = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
-  std::sort(result.spots.begin(), result.spots.end(),
-            [](const SpotRecord& a, const SpotRecord& b) { return a.spot < b.spot; });
-  result.complete = result.spots.size() == campaign.spots;
+  result.complete = journal.spots().size() == campaign.spots;
 }
 
 // Another rank: asks for more while its threads still have some; an empty answer is the end.
@@ -245,6 +267,13 @@ void follow(Ranks& ranks, Pool& pool, unsigned threads) {
 
 }  // namespace
 
+double campaign_bytes(const Campaign& campaign) noexcept {
+  const auto spots = static_cast<double>(campaign.spots);
+  const double a_spot =
+      static_cast<double>(Journal::bytes_per_spot(campaign) + bytes_per_row(campaign));
+  return spots * a_spot + statistics_bytes(spots);
+}
+
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks,
                             const std::atomic<bool>& stop,
                             const std::function<void(const CampaignProgress&)>& progress) {
@@ -262,6 +291,7 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
   } else {
     follow(ranks, pool, threads);
   }
+  result.journal = std::move(journal);
   return result;
 }
 

@@ -1,14 +1,16 @@
 // Role: offline; runs the spots of a campaign on all threads of all ranks. Used by `photocoag
 // campaign`. A spot's record depends on the campaign and its number alone, so that ranks, threads
-// and interruptions change nothing. Real-time promise: none.
+// and interruptions change nothing. Memory does not depend on the number of spots. Real-time
+// promise: none.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <vector>
+#include <memory>
 
+#include "photocoag/campaign/journal.hpp"
 #include "photocoag/campaign/ranks.hpp"
 #include "photocoag/campaign/spot.hpp"
 
@@ -28,7 +30,7 @@ struct CampaignOptions {
 };
 
 struct CampaignResult {
-  std::vector<SpotRecord> spots;  ///< by number; on rank 0
+  std::unique_ptr<Journal> journal;  ///< with all spots that are done, still locked; on rank 0
   bool complete = false;
   double seconds = 0.0;        ///< of this session
   double cpu_seconds = 0.0;    ///< of the processors, on this rank, in this session
@@ -36,8 +38,12 @@ struct CampaignResult {
   std::size_t full_order_states = 0;
 };
 
-/// All ranks call it. `stop` ends it early: spots in flight are finished and kept. `progress` is
-/// called on rank 0, some times a second. Throws Error.
+/// Bytes that journal, table and temporary files of a campaign take.
+double campaign_bytes(const Campaign& campaign) noexcept;
+
+/// All ranks call it. Refused before anything is written if the disk has not room for all of it.
+/// `stop` ends it early: spots in flight are finished and kept. `progress` is called on rank 0,
+/// some times a second. Throws Error.
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks,
                             const std::atomic<bool>& stop,
                             const std::function<void(const CampaignProgress&)>& progress = {});

@@ -1,6 +1,7 @@
 #include "photocoag/campaign/spot.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -140,6 +141,24 @@ std::size_t outcome_index(std::string_view name) {
       std::find_if(columns.begin(), columns.end(),
                    [name](const OutcomeColumn& c) { return c.name == name; }) -
       columns.begin());
+}
+
+std::size_t block_size(std::size_t inputs) { return 2 + inputs + outcome_columns().size(); }
+
+std::vector<double> to_block(const SpotRecord& record) {
+  std::vector<double> block = {std::bit_cast<double>(record.spot),
+                               std::bit_cast<double>(record.noise_seed)};
+  block.insert(block.end(), record.inputs.begin(), record.inputs.end());
+  block.insert(block.end(), record.outcomes.begin(), record.outcomes.end());
+  return block;
+}
+
+SpotRecord from_block(const double* block, std::size_t inputs) {
+  const double* values = block + 2;
+  return {.spot = std::bit_cast<std::uint64_t>(block[0]),
+          .noise_seed = std::bit_cast<std::uint64_t>(block[1]),
+          .inputs = {values, values + inputs},
+          .outcomes = {values + inputs, block + block_size(inputs)}};
 }
 
 SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {

@@ -37,6 +37,12 @@ struct SpotRecord {
   std::vector<double> outcomes;  ///< NaN: has no value
 };
 
+/// A spot as numbers, for the journal, the table and messages between ranks: spot and seed by their
+/// bits, inputs, outcomes.
+std::vector<double> to_block(const SpotRecord& record);
+SpotRecord from_block(const double* block, std::size_t inputs);
+std::size_t block_size(std::size_t inputs);
+
 /// What all spots share: the controller's model; the shared grid or the reduced eye.
 struct SpotModels {
   ReducedModel controller;

@@ -1,0 +1,68 @@
+// Role: offline; sorts more pairs of numbers than memory holds: sorted runs in a file without a
+// name, merged while they are read. Used by campaign/table_statistics. Source: Knuth, The Art of
+// Computer Programming 3, section 5.4. Memory: some 10 MB. Real-time promise: none.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace photocoag {
+
+struct KeyedValue {
+  std::uint64_t key = 0;
+  std::uint64_t value = 0;
+  friend auto operator<=>(const KeyedValue&, const KeyedValue&) = default;
+};
+
+class PairSorter {
+ public:
+  static constexpr std::size_t kInMemory = std::size_t{1} << 18U;  // pairs
+
+  /// `folder`: for the file, which is made only if there are more than `in_memory` pairs, and is
+  /// gone with the process, however that ends.
+  explicit PairSorter(std::filesystem::path folder, std::size_t in_memory = kInMemory);
+  ~PairSorter();
+  PairSorter(const PairSorter&) = delete;
+  PairSorter& operator=(const PairSorter&) = delete;
+
+  /// Throws Error if the file cannot be written.
+  void add(KeyedValue pair);
+  /// After the last add.
+  void finish();
+
+  /// All pairs in ascending order; any number of them may be under way. The sorter must outlive it.
+  class Cursor {
+   public:
+    explicit Cursor(const PairSorter& sorter);
+    /// False: no more. Throws Error if the file cannot be read.
+    bool next(KeyedValue& pair);
+
+   private:
+    struct Run {
+      std::uint64_t at = 0;   // pairs of the file that have been read
+      std::uint64_t end = 0;  // of the run
+      std::vector<KeyedValue> buffer;
+      std::size_t next = 0;
+    };
+    bool fill(Run& run) const;
+
+    const PairSorter& sorter_;
+    std::size_t at_ = 0;  // in memory
+    std::size_t buffer_ = 0;
+    std::vector<Run> runs_;
+    std::vector<std::size_t> heap_;  // runs, the one with the least pair first
+  };
+
+ private:
+  void write_run();
+
+  std::filesystem::path folder_;
+  std::size_t in_memory_;
+  std::vector<KeyedValue> pairs_;
+  int file_ = -1;
+  std::vector<std::uint64_t> ends_;  // of the runs in the file, in pairs
+};
+
+}  // namespace photocoag
