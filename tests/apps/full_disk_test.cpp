@@ -84,5 +84,55 @@ TEST(FullDisk, TreatGoesOnSaysSoAndItsLogIsRecovered) {
   EXPECT_TRUE(disk.passed) << "in the child process, see above";
 }
 
+std::string reduced_eyes(int spots) {
+  return "spots = " + std::to_string(spots) +
+         "\nset = [\"plant.model=reduced\", \"grid.min_cells=2000\"]\n[[input]]\n"
+         "key = \"plant.absorption_factor\"\ndistribution = \"uniform\"\nlow = 0.5\nhigh = 1.2\n";
+}
+
+void campaign_on_filling_disk(const Sandbox& sandbox) {
+  // 360 bytes a spot.
+  const ProgramResult large = sandbox.run("campaign large.toml --out disk/large");
+  EXPECT_EQ(large.exit_code, 2) << large.err;
+  EXPECT_NE(large.err.find("the disk has no room"), std::string::npos) << large.err;
+  EXPECT_FALSE(fs::exists(sandbox.path("disk/large")));
+
+  const Ballast ballast(sandbox.path("disk/ballast"));
+  const fs::path journal = sandbox.path("disk/spots/journal.bin");
+  auto program = std::async(std::launch::async, [&] {
+    return sandbox.run("campaign spots.toml --out disk/spots --threads 1");
+  });
+  std::error_code ignored;
+  while (!fs::exists(journal, ignored) || fs::file_size(journal, ignored) < 50'000) {
+    ASSERT_NE(program.wait_for(std::chrono::milliseconds(2)), std::future_status::ready);
+  }
+  ASSERT_TRUE(ballast.fill());
+  const ProgramResult result = program.get();
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_NE(result.err.find("journal.bin: cannot be written: No space left"), std::string::npos)
+      << result.err;
+
+  ballast.release();
+  const ProgramResult rest = sandbox.run("campaign spots.toml --out disk/spots");
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_EQ(rest.err.find(" 3000 computed now"), std::string::npos) << rest.err;
+  for (const std::string file : {"campaign.h5", "summary.json", "tables.md", "index.html"}) {
+    EXPECT_EQ(read_all(sandbox.path("disk/spots/" + file)),
+              read_all(sandbox.path("whole/" + file)));
+  }
+}
+
+TEST(FullDisk, ACampaignThatDoesNotFitIsRefusedOneThatIsCutShortContinues) {
+  const Sandbox sandbox;
+  write_all(sandbox.path("spots.toml"), reduced_eyes(3000));
+  write_all(sandbox.path("large.toml"), reduced_eyes(20'000));
+  ASSERT_EQ(sandbox.run("campaign spots.toml --out whole").exit_code, 0);
+  fs::create_directory(sandbox.path("disk"));
+  const SmallDiskOutcome disk =
+      on_small_disk(sandbox.path("disk"), kDisk, [&] { campaign_on_filling_disk(sandbox); });
+  if (!disk.unsupported.empty()) GTEST_SKIP() << "no disk of its own: " << disk.unsupported;
+  EXPECT_TRUE(disk.passed) << "in the child process, see above";
+}
+
 }  // namespace
 }  // namespace photocoag::testing
