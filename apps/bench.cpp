@@ -1,12 +1,16 @@
 // `photocoag bench cycle`: what one control cycle and one step of the simulated eye cost here.
+#include "bench.hpp"
+
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 
-#include "bench.hpp"
-#include "commands.hpp"
+#include "command.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -127,10 +131,52 @@ int bench_cycle(const BenchOptions& options) {
   return 0;
 }
 
+namespace {
+
 int bench(const BenchOptions& options) {
   if (options.name == "qp") return bench_qp(options);
   if (options.name == "first-cycle") return bench_first_cycle(options);
   return bench_cycle(options);
 }
+
+const Command kBench(
+    "bench", "measure computation times on this machine", [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<BenchOptions>();
+      command
+          .add_option(
+              "NAME", options->name,
+              "cycle: one control cycle and one step of the eye; qp: every solver on recorded "
+              "problems (the paper's Table 1); first-cycle: in 100 fresh processes")
+          ->required()
+          ->check(CLI::IsMember({"cycle", "qp", "first-cycle"}));
+      command
+          .add_option("--config", options->config, "cycle: one more row, for this configuration")
+          ->type_name("FILE");
+      command.add_option("--set", options->set, "cycle: one key of that row, repeatable")
+          ->type_name("KEY=VALUE");
+      command.add_option("--json", options->json, "also write the numbers; - is standard output")
+          ->type_name("FILE");
+      command.add_option("--svg", options->svg, "qp: also draw the medians over N")
+          ->type_name("FILE");
+      command
+          .add_option("--export", options->problems,
+                      "qp: also write the recorded problems with their exact answers (JSON)")
+          ->type_name("FILE");
+      command.add_option("--repetitions", options->repetitions, "qp: how often to time every step")
+          ->check(whole_number_from(1, 1000))
+          ->type_name("n");
+      command.add_flag("--one-process", options->one_process,
+                       "first-cycle: measure in this process only, print microseconds");
+      command.footer(footer(
+          "  photocoag bench cycle\n"
+          "  photocoag bench cycle --config configs/uncertain-eye.toml\n"
+          "  photocoag bench qp --json bench-qp.json --svg bench-qp.svg\n"
+          "  photocoag bench first-cycle\n"
+          "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
+          "                                of its own in the source tree, see benchmarks/"));
+      command.callback([options, &exit_code] { exit_code = bench(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

@@ -4,11 +4,21 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
-#include "commands.hpp"
-
 namespace photocoag {
+
+struct BenchOptions {
+  std::string name;              ///< cycle, qp, first-cycle
+  std::string config;            ///< cycle: one row more, for this file …
+  std::vector<std::string> set;  ///< … with these
+  std::string json;              ///< file; - is standard output
+  std::string svg;               ///< qp: figure
+  std::string problems;          ///< qp: the recorded problems, JSON
+  int repetitions = 10;          ///< qp: of every step
+  bool one_process = false;      ///< first-cycle: measure in this process, print one number
+};
 
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;

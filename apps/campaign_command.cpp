@@ -1,4 +1,6 @@
 // `photocoag campaign`: thousands of virtual spots, on all cores and ranks.
+#include "campaign_command.hpp"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,8 +14,8 @@
 #include <string>
 #include <string_view>
 
+#include "command.hpp"
 #include "console.hpp"
-#include "full_program.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/campaign/report.hpp"
@@ -26,7 +28,6 @@
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "progress.hpp"
-#include "study_commands.hpp"
 
 namespace photocoag {
 namespace {
@@ -166,8 +167,6 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
                    summary_object(json));
 }
 
-}  // namespace
-
 int campaign_command(const CampaignCommandOptions& options) {
   Ranks ranks;
   try {
@@ -180,49 +179,52 @@ int campaign_command(const CampaignCommandOptions& options) {
   }
 }
 
-void add_campaign(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<CampaignCommandOptions>();
-  CLI::App* command = app.add_subcommand(kCampaign.name, kCampaign.description);
-  command->add_option("FILE", options->file, "campaign file (TOML)")->required();
-  command
-      ->add_option("--out", options->out,
-                   "folder, new, empty, or that of the same campaign, which is continued")
-      ->type_name("DIR");
-  command->add_option("--threads", options->threads, "per rank; default: all cores it may use")
-      ->check(whole_number_from(1, 1024))
-      ->type_name("N");
-  command
-      ->add_option("--replay", options->replay,
-                   "only this spot, to the bit, with a run folder and a report")
-      ->check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
-      ->type_name("SPOT");
-  command
-      ->add_option(
-          "--estimate", options->estimate,
-          "instead: of the first N spots, cycle by cycle, whether the estimated peak is as "
-          "good as its stated deviation says, and as a batch estimate of all samples")
-      ->check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
-      ->excludes("--replay")
-      ->type_name("N");
-  command
-      ->add_flag("--only-complete", options->only_complete,
-                 "an interrupted campaign keeps its spots and writes no table and no report yet")
-      ->excludes("--replay")
-      ->excludes("--estimate");
-  add_json(*command, options->json)->excludes("--estimate");
-  command->add_flag("--no-cache", options->no_cache, "make the reduced model anew");
-  command->footer(fmt::format(
-      "Examples:\n"
-      "  photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
-      "  mpirun -n 2 photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
-      "  photocoag campaign studies/campaigns/demo.toml --replay 17\n"
-      "  photocoag campaign studies/campaigns/uncertain-1khz.toml --estimate 1000\n"
-      "Several machines: {}.\nExit code: 0 complete; 1 interrupted, to be continued; 2 bad "
-      "input.\n{}",
-      Ranks::has_mpi() ? "through MPI, one folder on the first rank's machine"
-                       : "this build has no MPI",
-      kResearchNotice));
-  command->callback([&exit_code, options] { exit_code = campaign_command(*options); });
-}
+const Command kCampaign(
+    "campaign", "thousands of virtual spots with random tissue, on all cores and machines",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<CampaignCommandOptions>();
+      command.add_option("FILE", options->file, "campaign file (TOML)")->required();
+      command
+          .add_option("--out", options->out,
+                      "folder, new, empty, or that of the same campaign, which is continued")
+          ->type_name("DIR");
+      command.add_option("--threads", options->threads, "per rank; default: all cores it may use")
+          ->check(whole_number_from(1, 1024))
+          ->type_name("N");
+      command
+          .add_option("--replay", options->replay,
+                      "only this spot, to the bit, with a run folder and a report")
+          ->check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
+          ->type_name("SPOT");
+      command
+          .add_option(
+              "--estimate", options->estimate,
+              "instead: of the first N spots, cycle by cycle, whether the estimated peak is as "
+              "good as its stated deviation says, and as a batch estimate of all samples")
+          ->check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
+          ->excludes("--replay")
+          ->type_name("N");
+      command
+          .add_flag("--only-complete", options->only_complete,
+                    "an interrupted campaign keeps its spots and writes no table and no report yet")
+          ->excludes("--replay")
+          ->excludes("--estimate");
+      add_json(command, options->json)->excludes("--estimate");
+      command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
+      command.footer(fmt::format(
+          "Examples:\n"
+          "  photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
+          "  mpirun -n 2 photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
+          "  photocoag campaign studies/campaigns/demo.toml --replay 17\n"
+          "  photocoag campaign studies/campaigns/uncertain-1khz.toml --estimate 1000\n"
+          "Several machines: {}.\nExit code: 0 complete; 1 interrupted, to be continued; 2 bad "
+          "input.\n{}",
+          Ranks::has_mpi() ? "through MPI, one folder on the first rank's machine"
+                           : "this build has no MPI",
+          kResearchNotice));
+      command.callback([&exit_code, options] { exit_code = campaign_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

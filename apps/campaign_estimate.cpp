@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "campaign_command.hpp"
 #include "console.hpp"
 #include "doubling_cycles.hpp"
 #include "photocoag/campaign/honesty.hpp"
@@ -14,7 +15,6 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/run/claimed_folder.hpp"
 #include "progress.hpp"
-#include "study_commands.hpp"
 
 namespace photocoag {
 namespace {

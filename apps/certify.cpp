@@ -1,16 +1,17 @@
 // `photocoag certify`: the most active-set changes of `dense` for a configuration, proved.
-#include "photocoag/certify/certify.hpp"
-
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
+#include "photocoag/certify/certify.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -23,6 +24,17 @@
 
 namespace photocoag {
 namespace {
+
+struct CertifyCommandOptions : CommonOptions {
+  std::string absorption;      ///< "low,high"; empty: the estimator's bounds
+  std::string choroid;         ///< the same of beta
+  std::string free;            ///< K
+  std::string previous;        ///< W; empty: the configured powers
+  std::size_t boxes = 20'000;  ///< most to look at
+  std::string out;             ///< model file with the proof in it; may be empty
+  bool again = false;          ///< even if the model file has a proof
+  bool json = false;
+};
 
 constexpr std::size_t kLargestModelFile = 10'000'000;
 constexpr int kExitStopped = 1;
@@ -92,8 +104,6 @@ nlohmann::ordered_json proof_object(const IterationProof& proof, bool stopped, b
           {"stopped", stopped}};
 }
 
-}  // namespace
-
 int certify_command(const CertifyCommandOptions& options) {
   const Config config = configured(Use::kExportC, options.config, options.set);
   ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
@@ -139,5 +149,45 @@ int certify_command(const CertifyCommandOptions& options) {
   return with_json(options.json, "certify", stopped ? kExitStopped : 0, {},
                    proof_object(*proof, stopped, from_file));
 }
+
+const Command kCertify(
+    "certify", "prove how many active-set changes the solver needs at most (horizons 2 to 5)",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<CertifyCommandOptions>();
+      add_common(command, *options);
+      add_cache(command, *options);
+      const auto add_range = [&](const char* name, std::string& value, const char* what) {
+        command.add_option(name, value, what)->type_name("LOW,HIGH");
+      };
+      add_range("--alpha", options->absorption,
+                "absorption factors; default: the estimator's bounds");
+      add_range("--beta", options->choroid, "choroid factors, of a model with two");
+      add_range(
+          "--free", options->free,
+          "peak temperatures without further powers, K, at every stage by itself; default: 0 to "
+          "1.25 times control.peak_max_K");
+      add_range("--previous", options->previous,
+                "the power before, W, and the first cycle's reference power; default: all powers");
+      command.add_option("--boxes", options->boxes, "most boxes to look at")
+          ->check(whole_number_from(1, 100'000'000))
+          ->capture_default_str()
+          ->type_name("n");
+      command
+          .add_option("--out", options->out,
+                      "model file to write, with the proof in it; may be "
+                      "model.file itself")
+          ->type_name("FILE");
+      command.add_flag("--again", options->again, "even if model.file has the proof already");
+      add_json(command, options->json);
+      command.footer(
+          footer("  photocoag certify --config configs/paper-1khz.toml\n"
+                 "  photocoag certify --set control.horizon=3 --out model.json\n"
+                 "  photocoag certify --set control.horizon=3 --set model.file=model.json\n"
+                 "  photocoag certify --set control.horizon=4 --free 20,32 --boxes 100000\n"
+                 "Ctrl-C ends the search; what is proved so far is printed."));
+      command.callback([options, &exit_code] { exit_code = certify_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

@@ -1,4 +1,3 @@
-#include "completion.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +8,9 @@
 #include <variant>
 #include <vector>
 
+#include "command.hpp"
 #include "console.hpp"
-#include "full_program.hpp"
+#include "options.hpp"
 #include "photocoag/config/fields.hpp"
 #include "photocoag/core/build_info.hpp"
 
@@ -279,8 +279,6 @@ std::string as_manual(const CLI::App& app, const std::vector<CommandWords>& comm
          "3 device fault.\n.SH SEE ALSO\nThe documents in docs/ of the sources.\n";
 }
 
-}  // namespace
-
 std::string completion(const CLI::App& app, std::string_view kind) {
   const std::vector<CommandWords> commands = commands_of(app);
   if (kind == "bash") return in_bash(commands);
@@ -289,24 +287,27 @@ std::string completion(const CLI::App& app, std::string_view kind) {
   return as_manual(app, commands);
 }
 
-void add_completion(CLI::App& app, int& exit_code) {
-  const auto kind = std::make_shared<std::string>();
-  CLI::App* command = app.add_subcommand(kCompletion.name, kCompletion.description);
-  command->add_option("SHELL", *kind, "for this shell; man: the manual page")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));
-  command->footer(
-      fmt::format("Examples:\n"
-                  "  source <(photocoag completion bash)         # in ~/.bashrc\n"
-                  "  source <(photocoag completion zsh)          # in ~/.zshrc, after compinit\n"
-                  "  photocoag completion fish > ~/.config/fish/completions/photocoag.fish\n"
-                  "  photocoag completion man | man -l -\n"
-                  "Exit code: 0 good; 2 bad input.\n{}",
-                  kResearchNotice));
-  command->callback([&app, &exit_code, kind] {
-    write_output("-", completion(app, *kind));
-    exit_code = 0;
-  });
-}
+const Command kCompletion(
+    "completion", "what a shell completes, commands, options and keys; or the manual page",
+    [](CLI::App& command, int& exit_code) {
+      const auto kind = std::make_shared<std::string>();
+      command.add_option("SHELL", *kind, "for this shell; man: the manual page")
+          ->required()
+          ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));
+      command.footer(fmt::format(
+          "Examples:\n"
+          "  source <(photocoag completion bash)         # in ~/.bashrc\n"
+          "  source <(photocoag completion zsh)          # in ~/.zshrc, after compinit\n"
+          "  photocoag completion fish > ~/.config/fish/completions/photocoag.fish\n"
+          "  photocoag completion man | man -l -\n"
+          "Exit code: 0 good; 2 bad input.\n{}",
+          kResearchNotice));
+      command.callback([&command, &exit_code, kind] {
+        write_output("-", completion(*command.get_parent(), *kind));
+        exit_code = 0;
+      });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

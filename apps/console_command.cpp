@@ -7,11 +7,11 @@
 #include <memory>
 #include <optional>
 
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "console_parts.hpp"
 #include "console_session.hpp"
-#include "full_program.hpp"
 #include "options.hpp"
 #include "photocoag/console/describe.hpp"
 #include "photocoag/console/desk.hpp"
@@ -150,9 +150,7 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
   return seen_dead || during ? 1 : 0;
 }
 
-}  // namespace
-
-int console_command(const ConsoleOptions& options) {
+int run_console(const ConsoleOptions& options) {
   if (!options.session.empty()) return console_session(options);
   TreatmentPlace place;
   std::optional<DeviceAddress>& device = place.device;
@@ -190,47 +188,51 @@ int console_command(const ConsoleOptions& options) {
   return serve(bench, desk, server);
 }
 
-void add_console_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ConsoleOptions>();
-  CLI::App* console = app.add_subcommand(kConsole.name, kConsole.description);
-  add_common(*console, *options);
-  add_cache(*console, *options);
-  CLI::Option* device =
-      console->add_option("--device", options->device, "as of treat; default: a simulated eye")
-          ->type_name("DEVICE");
-  console
-      ->add_option("--session", options->session,
-                   "the spots of a session file (docs/sessions.md) in the folder of --out, which "
-                   "is continued")
-      ->type_name("FILE")
-      ->excludes(device)
-      ->excludes("--config")
-      ->excludes("--set");
-  console->add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
-      ->check(whole_number_from(0, 65535))
-      ->type_name("P");
-  CLI::Option* foxglove = console->add_flag(
-      "--foxglove", options->foxglove,
-      "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
-  console
-      ->add_option("--foxglove-origin", options->foxglove_origins,
-                   "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
-      ->type_name("ORIGIN")
-      ->allow_extra_args(false)
-      ->needs(foxglove);
-  console
-      ->add_option(
-          "--out", options->out,
-          "folder, new or empty, for the spots' run folders; default: new ones below runs/")
-      ->type_name("DIR");
-  console->footer(
-      footer("  photocoag console\n"
-             "  photocoag console --port 8080 --set run.duration_ms=10000\n"
-             "  photocoag console --device eye\n"
-             "  photocoag console --session studies/sessions/grid.toml --out runs/grid\n"
-             "Open the address it prints; it holds a token. The browser can stop; it can "
-             "start only a simulated eye."));
-  console->callback([options, &exit_code] { exit_code = console_command(*options); });
-}
+const Command kConsole(
+    "console", "treat live in the browser: a page on this machine alone, spot after spot",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ConsoleOptions>();
+      add_common(command, *options);
+      add_cache(command, *options);
+      CLI::Option* device =
+          command.add_option("--device", options->device, "as of treat; default: a simulated eye")
+              ->type_name("DEVICE");
+      command
+          .add_option(
+              "--session", options->session,
+              "the spots of a session file (docs/sessions.md) in the folder of --out, which "
+              "is continued")
+          ->type_name("FILE")
+          ->excludes(device)
+          ->excludes("--config")
+          ->excludes("--set");
+      command.add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
+          ->check(whole_number_from(0, 65535))
+          ->type_name("P");
+      CLI::Option* foxglove = command.add_flag(
+          "--foxglove", options->foxglove,
+          "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
+      command
+          .add_option("--foxglove-origin", options->foxglove_origins,
+                      "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
+          ->type_name("ORIGIN")
+          ->allow_extra_args(false)
+          ->needs(foxglove);
+      command
+          .add_option(
+              "--out", options->out,
+              "folder, new or empty, for the spots' run folders; default: new ones below runs/")
+          ->type_name("DIR");
+      command.footer(
+          footer("  photocoag console\n"
+                 "  photocoag console --port 8080 --set run.duration_ms=10000\n"
+                 "  photocoag console --device eye\n"
+                 "  photocoag console --session studies/sessions/grid.toml --out runs/grid\n"
+                 "Open the address it prints; it holds a token. The browser can stop; it can "
+                 "start only a simulated eye."));
+      command.callback([options, &exit_code] { exit_code = run_console(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

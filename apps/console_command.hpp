@@ -1,14 +1,10 @@
-// Role: the program; the command `console`. Returns the exit code.
+// Role: the program; the options of `console`, for its two files.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "commands.hpp"
-
-namespace CLI {
-class App;
-}
+#include "options.hpp"
 
 namespace photocoag {
 
@@ -20,10 +16,5 @@ struct ConsoleOptions : CommonOptions {
   std::vector<std::string> foxglove_origins;  ///< pages that may connect as Foxglove clients
   int port = 0;                               ///< 0: any that is free
 };
-
-int console_command(const ConsoleOptions& options);
-
-/// Adds it to the program; it stores its exit code.
-void add_console_command(CLI::App& app, int& exit_code);
 
 }  // namespace photocoag

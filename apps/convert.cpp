@@ -5,10 +5,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "console.hpp"
-#include "convert_command.hpp"
-#include "full_program.hpp"
 #include "options.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/report/report.hpp"
@@ -84,29 +82,30 @@ int convert_command(const ConvertOptions& options) {
   return 0;
 }
 
-}  // namespace
+const Command kConvert(
+    "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died",
+    [](CLI::App& command, int& exit_code) {
+      const auto convert_options = std::make_shared<ConvertOptions>();
+      command.add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
+          ->required()
+          ->type_name("RUN|SEGMENT...");
+      command.add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
+          ->type_name("FILE");
+      command.add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
+      command.add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
+      command.add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
+      command.add_flag("--recover", convert_options->recover,
+                       "write run.csv, summary.json and report.html from the log");
+      command.footer(
+          footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
+                 "  photocoag convert runs/first --mcap first.mcap\n"
+                 "  photocoag convert runs/first/log/000000.seg --csv -\n"
+                 "  photocoag convert runs/killed --recover\n"
+                 "A run of `simulate` has no log: its run.csv is converted."));
+      command.callback(
+          [convert_options, &exit_code] { exit_code = convert_command(*convert_options); });
+    });
 
-void add_convert(CLI::App& app, int& exit_code) {
-  const auto convert_options = std::make_shared<ConvertOptions>();
-  CLI::App* convert_app = app.add_subcommand(kConvert.name, kConvert.description);
-  convert_app->add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
-      ->required()
-      ->type_name("RUN|SEGMENT...");
-  convert_app->add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
-      ->type_name("FILE");
-  convert_app->add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
-  convert_app->add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
-  convert_app->add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
-  convert_app->add_flag("--recover", convert_options->recover,
-                        "write run.csv, summary.json and report.html from the log");
-  convert_app->footer(
-      footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
-             "  photocoag convert runs/first --mcap first.mcap\n"
-             "  photocoag convert runs/first/log/000000.seg --csv -\n"
-             "  photocoag convert runs/killed --recover\n"
-             "A run of `simulate` has no log: its run.csv is converted."));
-  convert_app->callback(
-      [convert_options, &exit_code] { exit_code = convert_command(*convert_options); });
-}
+}  // namespace
 
 }  // namespace photocoag

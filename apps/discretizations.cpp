@@ -1,15 +1,18 @@
 // `photocoag discretizations`: what implicit Euler and TR-BDF2 miss, as table, CSV and figure.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <utility>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
@@ -19,6 +22,10 @@
 
 namespace photocoag {
 namespace {
+
+struct DiscretizationsOptions : CommonOptions {
+  std::string out;  ///< folder for CSV and figure; may be empty
+};
 
 namespace fs = std::filesystem;
 
@@ -101,8 +108,6 @@ Figure figure(const std::vector<DiscretizationErrors>& all) {
   return result;
 }
 
-}  // namespace
-
 int discretizations(const DiscretizationsOptions& options) {
   const Config config = configured(Use::kSchemeComparison, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
@@ -128,5 +133,22 @@ int discretizations(const DiscretizationsOptions& options) {
   say("written   {0}/discretizations.csv, {0}/discretizations.svg\n", options.out);
   return 0;
 }
+
+const Command kDiscretizations(
+    "discretizations",
+    "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<DiscretizationsOptions>();
+      add_common(command, *options);
+      command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
+          ->type_name("DIR");
+      command.footer(
+          footer("  photocoag discretizations --set plant.absorption_factor=0.7363\n"
+                 "  photocoag discretizations --out runs/discretizations\n"
+                 "The eye is that of [plant]: its absorption_factor and tissue."));
+      command.callback([options, &exit_code] { exit_code = discretizations(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

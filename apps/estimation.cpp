@@ -1,14 +1,19 @@
 // `photocoag estimation`: how large the estimator's errors are, and whether it knows.
+#include "estimation.hpp"
+
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <memory>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "estimation_cost.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -57,6 +62,8 @@ double estimator_cost_us(const Config& config, const ReducedModel& model,
   return us[2000];
 }
 
+namespace {
+
 int estimation(const EstimationOptions& options) {
   if (options.compare) return compare_estimators(options);
   const Config config = configured(Use::kEstimation, options.config, options.set);
@@ -95,5 +102,33 @@ int estimation(const EstimationOptions& options) {
   if (!options.csv.empty()) write_output(options.csv, csv(all, period));
   return 0;
 }
+
+const Command kEstimation(
+    "estimation", "how large the estimator's errors are over many eyes, and whether it knows",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<EstimationOptions>();
+      add_common(command, *options);
+      add_cache(command, *options);
+      command.add_option("--seeds", options->seeds, "treatments per scenario")
+          ->check(whole_number_from(1, 100000))
+          ->type_name("N");
+      command.add_option("--csv", options->csv, "also every cycle's figures; - is standard output")
+          ->type_name("FILE");
+      command.add_flag(
+          "--compare", options->compare,
+          "instead: filter against moving horizon for one and two unknown absorption factors");
+      command
+          .add_option("--out", options->out, "with --compare: new folder for its CSV and figure")
+          ->needs("--compare")
+          ->type_name("DIR");
+      command.footer(footer(
+          "  photocoag estimation\n"
+          "  photocoag estimation --seeds 1000 --set estimator.power_process_noise_W=0\n"
+          "  photocoag estimation --compare --config configs/two-unknowns.toml --out runs/mhe\n"
+          "Eyes have the tissue of [plant]; their absorption factors are drawn."));
+      command.callback([options, &exit_code] { exit_code = estimation(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

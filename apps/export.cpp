@@ -2,14 +2,17 @@
 // for the validation powers, for other programs to reduce and to be measured against.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -20,6 +23,11 @@
 
 namespace photocoag {
 namespace {
+
+struct ExportOptions : CommonOptions {
+  std::string out;                         ///< folder, new or empty
+  std::vector<double> absorption_factors;  ///< columns of B
+};
 
 namespace fs = std::filesystem;
 using Eigen::Index;
@@ -102,8 +110,6 @@ std::string validation_csv(const ValidationRun& run, double period) {
   return csv;
 }
 
-}  // namespace
-
 int export_command(const ExportOptions& options) {
   const Config config = configured(Use::kExport, options.config, options.set);
   for (const double alpha : options.absorption_factors) {
@@ -143,5 +149,31 @@ int export_command(const ExportOptions& options) {
       folder.string());
   return 0;
 }
+
+const Command kExport(
+    "export", "write the full-order model as sparse matrices (Matrix Market), for other programs",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ExportOptions>();
+      add_common(command, *options);
+      command.add_option("--out", options->out, "folder, new or empty")
+          ->required()
+          ->type_name("DIR");
+      command
+          .add_option_function<std::string>(
+              "--alphas",
+              [options](const std::string& text) {
+                options->absorption_factors = number_list("--alphas", text, 0.0, 10.0);
+              },
+              "absorption factors of the columns of B and the rows of C, by comma")
+          ->required()
+          ->type_name("a1,a2,...");
+      command.footer(
+          footer("  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
+                 "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"
+                 "measures errors with and the full-order model's temperatures for them."));
+      command.callback([options, &exit_code] { exit_code = export_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

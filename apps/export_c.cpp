@@ -1,11 +1,14 @@
 // `photocoag export-c`: the controller of a configuration as C99.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <memory>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -18,6 +21,13 @@
 #include "progress.hpp"
 
 namespace photocoag {
+namespace {
+
+struct ExportCOptions : CommonOptions {
+  std::string out;  ///< folder, new or empty
+  std::string prefix = "pc_";
+  bool single_precision = false;
+};
 
 int export_c_command(const ExportCOptions& options) {
   const Config config = configured(Use::kExportC, options.config, options.set);
@@ -54,5 +64,27 @@ int export_c_command(const ExportCOptions& options) {
       model.period * 1e3, folder.string());
   return 0;
 }
+
+const Command kExportC(
+    "export-c", "write the controller as C99 for a microcontroller (without the supervisor)",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ExportCOptions>();
+      add_common(command, *options);
+      add_cache(command, *options);
+      command.add_option("--out", options->out, "folder, new or empty")
+          ->required()
+          ->type_name("DIR");
+      command.add_flag("--float", options->single_precision, "single precision instead of double");
+      command.add_option("--prefix", options->prefix, "of every name and file in C")
+          ->type_name("NAME")
+          ->capture_default_str();
+      command.footer(
+          footer("  photocoag export-c --config configs/paper-1khz.toml --out controller\n"
+                 "  photocoag export-c --float --prefix left_eye_ --out controller\n"
+                 "Settings that the C controller does not carry are refused by their key."));
+      command.callback([options, &exit_code] { exit_code = export_c_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

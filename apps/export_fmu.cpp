@@ -1,5 +1,4 @@
 // `photocoag export-fmu`: the simulated eye, or the controller, for other simulation programs.
-#include "export_fmu_command.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "full_program.hpp"
@@ -116,36 +115,36 @@ int export_fmu(const ExportFmuOptions& options) {
   return 0;
 }
 
-}  // namespace
+const Command kExportFmu(
+    "export-fmu",
+    "write the simulated eye or the controller as an FMU (FMI 3.0 or 2.0, co-simulation)",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ExportFmuOptions>();
+      command.add_option("KIND", options->kind, "eye, or controller with its supervisor")
+          ->required()
+          ->check(CLI::IsMember({"eye", "controller"}));
+      add_common(command, *options);
+      add_cache(command, *options);
+      command.add_option("--out", options->out, "file to write, NAME.fmu")
+          ->required()
+          ->type_name("FILE");
+      CLI::Option* source = command.add_flag(
+          "--source", options->source,
+          "the controller as C99 sources instead of a library (without the supervisor)");
+      command.add_option("--fmi", options->standard, "version of the standard")
+          ->check(CLI::IsMember({"3.0", "2.0"}))
+          ->capture_default_str()
+          ->excludes(source);
+      command.footer(footer(
+          "  photocoag export-fmu controller --out controller.fmu\n"
+          "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"
+          "  photocoag export-fmu eye --fmi 2.0 --out eye.fmu\n"
+          "  photocoag export-fmu controller --source --out controller-c.fmu\n"
+          "Stepped one after the other, eye first, they give the powers of simulate with the "
+          "same configuration\nbit for bit: docs/fmu.md."));
+      command.callback([options, &exit_code] { exit_code = export_fmu(*options); });
+    });
 
-void add_export_fmu(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<ExportFmuOptions>();
-  CLI::App* command = app.add_subcommand(
-      "export-fmu",
-      "write the simulated eye or the controller as an FMU (FMI 3.0 or 2.0, co-simulation)");
-  command->add_option("KIND", options->kind, "eye, or controller with its supervisor")
-      ->required()
-      ->check(CLI::IsMember({"eye", "controller"}));
-  add_common(*command, *options);
-  add_cache(*command, *options);
-  command->add_option("--out", options->out, "file to write, NAME.fmu")
-      ->required()
-      ->type_name("FILE");
-  CLI::Option* source = command->add_flag(
-      "--source", options->source,
-      "the controller as C99 sources instead of a library (without the supervisor)");
-  command->add_option("--fmi", options->standard, "version of the standard")
-      ->check(CLI::IsMember({"3.0", "2.0"}))
-      ->capture_default_str()
-      ->excludes(source);
-  command->footer(
-      footer("  photocoag export-fmu controller --out controller.fmu\n"
-             "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"
-             "  photocoag export-fmu eye --fmi 2.0 --out eye.fmu\n"
-             "  photocoag export-fmu controller --source --out controller-c.fmu\n"
-             "Stepped one after the other, eye first, they give the powers of simulate with the "
-             "same configuration\nbit for bit: docs/fmu.md."));
-  command->callback([options, &exit_code] { exit_code = export_fmu(*options); });
-}
+}  // namespace
 
 }  // namespace photocoag

@@ -3,12 +3,15 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>
+#include <memory>
 
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
-#include "device_commands.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -20,6 +23,15 @@
 #include "photocoag/run/device_config.hpp"
 
 namespace photocoag {
+namespace {
+
+struct EyeOptions : CommonOptions {
+  std::string socket = "photocoag-eye.sock";
+  bool once = false;                ///< end with the first controller
+  int owner = 0;                    ///< end with this process, the parent; 0: with none
+  std::vector<std::string> faults;  ///< "ID@cycle", or files of them
+  std::string tell;                 ///< no eye: send this line to the one at `socket`
+};
 int eye_command(const EyeOptions& options) {
   if (!options.tell.empty()) {
     const std::string answer = tell_eye(options.socket, options.tell);
@@ -65,5 +77,34 @@ int eye_command(const EyeOptions& options) {
   say("{}", to_text(statistics));
   return 0;
 }
+
+const Command kEye(
+    "eye", "a simulated eye with its laser as a process of its own: pulses, pressure transients",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<EyeOptions>();
+      add_common(command, *options);
+      command.add_option("--socket", options->socket, "where controllers connect")
+          ->type_name("PATH");
+      command.add_option("--owner", options->owner, "end with this process, the parent")
+          ->type_name("PID");
+      command.add_flag("--once", options->once, "end when the first controller has gone");
+      command
+          .add_option("--fault", options->faults,
+                      "ID@cycle[+count][*value] of docs/devices.md, or a file with one per line")
+          ->type_name("FAULT")
+          ->allow_extra_args(false);
+      command
+          .add_option("--tell", options->tell,
+                      "send this line to an eye that runs: status, cold, fault ID@cycle")
+          ->type_name("TEXT");
+      command.footer(
+          footer("  photocoag eye --socket /tmp/eye\n"
+                 "  photocoag treat --device eye:/tmp/eye\n"
+                 "  photocoag eye --socket /tmp/eye --tell 'fault M2@120'\n"
+                 "It is that of [plant], [photoacoustics] and control.period_ms."));
+      command.callback([options, &exit_code] { exit_code = eye_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

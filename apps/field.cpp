@@ -1,13 +1,16 @@
 // `photocoag field`: temperatures in all cells as VTK files.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
@@ -18,6 +21,14 @@
 
 namespace photocoag {
 namespace {
+
+struct FieldOptions : CommonOptions {
+  std::string model = "full";
+  std::optional<double> power;  ///< W, constant
+  std::string run;              ///< or a run folder
+  std::vector<double> times;    ///< s
+  std::string out;              ///< folder, new or empty
+};
 
 namespace fs = std::filesystem;
 
@@ -40,8 +51,6 @@ std::vector<std::size_t> periods_of(const std::vector<double>& times, double per
   }
   return periods;
 }
-
-}  // namespace
 
 int field_command(const FieldOptions& options) {
   const bool from_run = !options.run.empty();
@@ -96,5 +105,41 @@ int field_command(const FieldOptions& options) {
       (folder / "fields.pvd").string());
   return 0;
 }
+
+const Command kField(
+    "field", "temperatures in all cells at chosen times as VTK files, for ParaView",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<FieldOptions>();
+      add_common(command, *options);
+      command
+          .add_option("--model", options->model,
+                      "full, or reduced: the field of the reduced state, T = V x")
+          ->check(CLI::IsMember({"full", "reduced"}));
+      command.add_option("--power", options->power, "constant laser power, W")
+          ->check(number_from(0.0, 1e6))
+          ->type_name("W");
+      command.add_option("--run", options->run, "or the powers of this run folder")
+          ->type_name("DIR");
+      command
+          .add_option_function<std::string>(
+              "--times",
+              [options](const std::string& text) {
+                options->times = number_list("--times", text, 0.0, kLongestTime);
+              },
+              "times, s, by comma: whole multiples of control.period_ms")
+          ->required()
+          ->type_name("t1,t2,...");
+      command.add_option("--out", options->out, "folder, new or empty")
+          ->required()
+          ->type_name("DIR");
+      command.footer(
+          footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"
+                 "  photocoag field --model reduced --power 0.03 --times 0.1 --out reduced-fields\n"
+                 "  photocoag field --run runs/first --times 0.005,0.25 --out runs/first-fields\n"
+                 "The eye is that of [plant]. fields.pvd is the series of all times."));
+      command.callback([options, &exit_code] { exit_code = field_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

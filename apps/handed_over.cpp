@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <system_error>
 
+#include "command.hpp"
 #include "full_program.hpp"
 #include "photocoag/core/error.hpp"
 
@@ -16,23 +17,26 @@ namespace {
   if (program.empty()) {
     throw Error(ErrorParts{.where = "photocoag-full",
                            .problem = "not beside this program nor in ../libexec/photocoag",
-                           .accepted = "a whole build or installation: this command is there"});
+                           .accepted = "a whole build (./photocoag build) or installation: this "
+                                       "command is there"});
   }
   execv(program.c_str(), argv);
   throw Error(ErrorParts{.where = program.string(),
                          .problem = "cannot be run: " + std::generic_category().message(errno)});
 }
 
-}  // namespace
-
-void add_full_commands(CLI::App& app, int&, char** argv) {
-  for (const CommandName& command : {kCampaign, kSession, kConsole, kConvert, kCompletion}) {
-    CLI::App* added = app.add_subcommand(command.name, command.description);
-    // Whatever follows, --help too, is the other program's.
-    added->set_help_flag();
-    added->prefix_command();
-    added->callback([argv] { become_full_program(argv); });
-  }
+// Whatever follows, --help too, is the other program's.
+void hand_over(CLI::App& command, int&) {
+  command.set_help_flag();
+  command.prefix_command();
+  command.callback([] { become_full_program(program_arguments()); });
 }
+
+// Written from the commands' own files (cmake/command_names.cmake).
+const Command kHandedOver[] = {
+#include "command_names.inc"
+};
+
+}  // namespace
 
 }  // namespace photocoag

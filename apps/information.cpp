@@ -1,16 +1,19 @@
 // `photocoag information`: what limits a treatment of eyes that differ, as table, CSV and figure.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <string_view>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "doubling_cycles.hpp"
+#include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
@@ -21,6 +24,11 @@
 
 namespace photocoag {
 namespace {
+
+struct InformationOptions : CommonOptions {
+  int eyes = 100;
+  std::string out;  ///< folder, new or empty; empty: the table alone
+};
 
 namespace fs = std::filesystem;
 
@@ -84,8 +92,6 @@ Figure figure(const Information& all) {
   return drawing;
 }
 
-}  // namespace
-
 int information(const InformationOptions& options) {
   const Config config = configured(Use::kSimulate, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
@@ -106,5 +112,27 @@ int information(const InformationOptions& options) {
   say("written   {0}/information.csv, {0}/information.svg\n", options.out);
   return 0;
 }
+
+const Command kInformation(
+    "information",
+    "what limits a treatment of eyes that differ: how well the peak is known, and what knowing "
+    "each quantity of [[prior]] would buy",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<InformationOptions>();
+      add_common(command, *options);
+      add_cache(command, *options);
+      command.add_option("--eyes", options->eyes, "treatments per row")
+          ->check(CLI::Range(1, 100000))
+          ->capture_default_str();
+      command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
+          ->type_name("DIR");
+      command.footer(
+          footer("  photocoag information --config configs/uncertain-eye.toml\n"
+                 "  photocoag information --config configs/uncertain-eye.toml --eyes 1000 --out "
+                 "runs/information"));
+      command.callback([options, &exit_code] { exit_code = information(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

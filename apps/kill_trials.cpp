@@ -9,8 +9,8 @@
 #include <csignal>
 #include <filesystem>
 
-#include "commands.hpp"
 #include "console.hpp"
+#include "faults.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"

@@ -8,9 +8,14 @@
 #include <string_view>
 #include <vector>
 
-#include "commands.hpp"
-
 namespace photocoag {
+
+/// Options that several commands share.
+struct CommonOptions {
+  std::string config;            ///< TOML file; empty: defaults
+  std::vector<std::string> set;  ///< "key=value"
+  bool no_cache = false;
+};
 
 /// --config and --set.
 void add_common(CLI::App& command, CommonOptions& options);
@@ -23,6 +28,9 @@ std::string footer(std::string_view examples);
 CLI::Validator number_from(double low, double high);
 /// An option's check: a whole number from `low` to `high`.
 CLI::Validator whole_number_from(std::int64_t low, std::int64_t high);
+
+/// s, of --times.
+inline constexpr double kLongestTime = 1e4;
 
 /// An option's check: something is there. For what the configuration checks further.
 CLI::Validator given();

@@ -36,6 +36,11 @@ void clear_progress() {
   if (on_terminal()) start_line();
 }
 
+Progress progress_bar(std::string label) {
+  return
+      [label](std::string_view stage, double fraction) { draw_progress(label, fraction, stage); };
+}
+
 ProgressMeter::ProgressMeter(std::string label, const std::atomic<std::size_t>& done,
                              std::size_t total)
     : thread_([this, label = std::move(label), &done, total] {

@@ -7,12 +7,17 @@
 #include <string_view>
 #include <thread>
 
+#include "photocoag/mor/reduce.hpp"
+
 namespace photocoag {
 
 /// Draws "label [=====     ] 52 %  detail" on standard error if that is a terminal; erases it with
 /// clear().
 void draw_progress(std::string_view label, double fraction, std::string_view detail = {});
 void clear_progress();
+
+/// Of a long computation: its stages under one label.
+Progress progress_bar(std::string label);
 
 /// Draws the bar from a counter that another thread advances, ten times a second, until destroyed.
 class ProgressMeter {

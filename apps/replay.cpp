@@ -1,11 +1,21 @@
 // `photocoag replay`: a recorded run again, power by power.
 #include <fmt/format.h>
 
-#include "commands.hpp"
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "command.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/run/replay.hpp"
 
 namespace photocoag {
+namespace {
+
+struct ReplayOptions {
+  std::string run;  ///< run folder
+  bool no_cache = false;
+};
 
 int replay_command(const ReplayOptions& options) {
   const ReplayOutcome outcome = replay_run(options.run, !options.no_cache);
@@ -16,5 +26,20 @@ int replay_command(const ReplayOptions& options) {
   print("the power of cycle {} differs from the recorded one\n", outcome.differs_at);
   return 1;
 }
+
+const Command kReplay(
+    "replay", "feed a recorded run to the controller again and compare every power",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ReplayOptions>();
+      command.add_option("RUN", options->run, "run folder")->required()->type_name("DIR");
+      command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
+      command.footer(
+          footer("  photocoag simulate --out runs/first\n"
+                 "  photocoag replay runs/first\n"
+                 "Same build, same machine: the same bits."));
+      command.callback([options, &exit_code] { exit_code = replay_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

@@ -10,19 +10,28 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "command.hpp"
 #include "console.hpp"
-#include "full_program.hpp"
 #include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/session/learning_study.hpp"
 #include "photocoag/session/run_session.hpp"
 #include "photocoag/session/session_record.hpp"
-#include "session_command.hpp"
 #include "session_ends.hpp"
 
 namespace photocoag {
 namespace {
+
+struct SessionCommandOptions {
+  std::string file;
+  std::string out;                  ///< session folder
+  std::vector<std::string> repeat;  ///< spots to treat again
+  bool ask = false;
+  bool json = false;      ///< the outcome as JSON on standard output
+  std::size_t study = 0;  ///< instead: so many simulated sessions with and without learning
+  bool no_cache = false;
+};
 
 namespace fs = std::filesystem;
 
@@ -96,8 +105,6 @@ int study(const SessionCommandOptions& options, const Session& session) {
   return 0;
 }
 
-}  // namespace
-
 int session_command(const SessionCommandOptions& options) {
   const Session session = load_session(options.file);
   if (options.study > 0) return study(options, session);
@@ -114,37 +121,42 @@ int session_command(const SessionCommandOptions& options) {
                    summary_object(session_summary_json(session, result)));
 }
 
-void add_session(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<SessionCommandOptions>();
-  CLI::App* command = app.add_subcommand(kSession.name, kSession.description);
-  command->add_option("FILE", options->file, "session file (TOML; docs/sessions.md)")->required();
-  command
-      ->add_option("--out", options->out,
-                   "folder, new, empty, or that of the same session, which is continued")
-      ->type_name("DIR");
-  command
-      ->add_option("--repeat", options->repeat,
-                   "treat this spot again, whatever became of it; may be repeated")
-      ->type_name("SPOT")
-      ->allow_extra_args(false);
-  command->add_flag("--ask", options->ask,
-                    "ask on the terminal before and after every spot: treat, skip, accept, repeat");
-  command
-      ->add_option("--study", options->study,
-                   "no session: so many simulated ones, with and without session.learn")
-      ->check(whole_number_from(2, 100000))
-      ->type_name("N");
-  add_json(*command, options->json)->excludes("--study");
-  command->add_flag("--no-cache", options->no_cache, "make the reduced models anew");
-  command->footer(
-      footer("  photocoag session studies/sessions/grid.toml --out runs/grid\n"
-             "  photocoag session studies/sessions/grid.toml --out runs/grid --repeat B2\n"
-             "  photocoag session studies/sessions/grid.toml --out runs/asked --ask\n"
-             "  photocoag session studies/sessions/patient.toml --study 100\n"
-             "A session that was killed goes on with the same command. A spot that may have "
-             "emitted is not repeated\nwithout --repeat. Ctrl-C puts the laser to 0 W and writes "
-             "the whole folder."));
-  command->callback([&exit_code, options] { exit_code = session_command(*options); });
-}
+const Command kSession(
+    "session", "many spots, one device, one folder: a list or grid, with limits for all of it",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<SessionCommandOptions>();
+      command.add_option("FILE", options->file, "session file (TOML; docs/sessions.md)")
+          ->required();
+      command
+          .add_option("--out", options->out,
+                      "folder, new, empty, or that of the same session, which is continued")
+          ->type_name("DIR");
+      command
+          .add_option("--repeat", options->repeat,
+                      "treat this spot again, whatever became of it; may be repeated")
+          ->type_name("SPOT")
+          ->allow_extra_args(false);
+      command.add_flag(
+          "--ask", options->ask,
+          "ask on the terminal before and after every spot: treat, skip, accept, repeat");
+      command
+          .add_option("--study", options->study,
+                      "no session: so many simulated ones, with and without session.learn")
+          ->check(whole_number_from(2, 100000))
+          ->type_name("N");
+      add_json(command, options->json)->excludes("--study");
+      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      command.footer(footer(
+          "  photocoag session studies/sessions/grid.toml --out runs/grid\n"
+          "  photocoag session studies/sessions/grid.toml --out runs/grid --repeat B2\n"
+          "  photocoag session studies/sessions/grid.toml --out runs/asked --ask\n"
+          "  photocoag session studies/sessions/patient.toml --study 100\n"
+          "A session that was killed goes on with the same command. A spot that may have "
+          "emitted is not repeated\nwithout --repeat. Ctrl-C puts the laser to 0 W and writes "
+          "the whole folder."));
+      command.callback([&exit_code, options] { exit_code = session_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

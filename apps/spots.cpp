@@ -1,14 +1,17 @@
 // `photocoag spots`: random spots under the nominal and the robust controller, side by side.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -21,6 +24,15 @@
 
 namespace photocoag {
 namespace {
+
+struct SpotsOptions : CommonOptions {
+  std::size_t count = 1000;
+  SpotRange range;
+  std::string csv;          ///< file for one row per spot; may be empty
+  bool corners = false;     ///< all extremes of the declared set instead of random spots
+  bool this_eye = false;    ///< the eye of [plant.tissue] instead
+  std::size_t survey = 60;  ///< treatments of every corner; the worst get count
+};
 
 std::vector<double> column(const std::vector<SpotOutcome>& spots, double SpotOutcome::*member) {
   std::vector<double> values;
@@ -95,8 +107,6 @@ int print_corners(const CornerAttack& attack, std::vector<CornerOutcome> corners
   return failed == 0 ? 0 : 1;
 }
 
-}  // namespace
-
 int spots_command(const SpotsOptions& options) {
   if (!(options.range.alpha_low <= options.range.alpha_high)) {
     throw Error(
@@ -156,5 +166,50 @@ int spots_command(const SpotsOptions& options) {
   if (!options.csv.empty()) write_file(options.csv, csv);
   return 0;
 }
+
+const Command kSpots(
+    "spots", "treat many random spots with the nominal and the robust controller",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<SpotsOptions>();
+      add_common(command, *options);
+      command.add_option("--count", options->count, "spots; seeds 1 to count")
+          ->check(whole_number_from(1, 1000000))
+          ->type_name("n");
+      command.add_option("--alpha-low", options->range.alpha_low, "smallest absorption factor")
+          ->check(number_from(0.05, 5.0))
+          ->type_name("a");
+      command.add_option("--alpha-high", options->range.alpha_high, "largest")
+          ->check(number_from(0.05, 5.0))
+          ->type_name("a");
+      command.add_option("--csv", options->csv, "one row per spot and controller")
+          ->type_name("FILE");
+      CLI::Option* corners =
+          command.add_flag("--corners", options->corners,
+                           "the robust controller at every combination of the declared extremes; "
+                           "the worst six are treated --count times; exit code 1 if one of them "
+                           "exceeds the limit more than twice and in more than 1 of 750");
+      command.add_option("--survey", options->survey, "treatments of every corner")
+          ->check(whole_number_from(2, 1000000))
+          ->type_name("n")
+          ->needs(corners);
+      command
+          .add_flag("--this-eye", options->this_eye,
+                    "the robust controller on the eye of [plant.tissue] alone, which the "
+                    "controller is not told")
+          ->excludes(corners);
+      command.footer(footer(
+          "  photocoag spots\n"
+          "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"
+          "  photocoag spots --set uncertainty.spot_radius_relative=0.1 --set "
+          "uncertainty.thickness_relative=0.1 "
+          "--set uncertainty.absorption_relative=0.1\n"
+          "  photocoag spots --corners --count 1500 --set uncertainty.thickness_relative=0.1\n"
+          "  photocoag spots --this-eye --set uncertainty.spot_radius_relative=0.1 --set "
+          "plant.tissue.spot_radius_um=90\n"
+          "The quantities of [uncertainty] are random too, and the robust controller is told."));
+      command.callback([options, &exit_code] { exit_code = spots_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

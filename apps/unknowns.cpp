@@ -6,9 +6,9 @@
 #include <iterator>
 #include <optional>
 
-#include "commands.hpp"
 #include "configured.hpp"
 #include "console.hpp"
+#include "estimation.hpp"
 #include "estimation_cost.hpp"
 #include "photocoag/config/config.hpp"
 #include "photocoag/core/build_info.hpp"

@@ -273,7 +273,7 @@ TEST(BadFiles, NameTheLine) {
   expect("\n[control]\n\nperiod_ms = -1_0e-1\n",
          "4: control.period_ms: found -1_0e-1; accepted: a number from 0.05 to 100 ms");
   expect("[control]\r\npower_max_W = 100\r\n",
-         "2: control.power_max_W: found 100; accepted: a pow");
+         "2: control.power_max_W: found 100; accepted: a num");
   expect("\xEF\xBB\xBF[control]\nhorizon = 1\n", "2: control.horizon: found 1; accepted: an integ");
   expect("[plant]\nnoise_K = inf # e\n", "2: plant.noise_K: found inf; accepted: a number from 0");
   expect("[plant]\n\"noise_K\" = 'é'\n", "2: plant.noise_K: found \"é\" (a string); accepted: ");

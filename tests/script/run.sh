@@ -13,6 +13,7 @@ touch "$tree"/{CMakeLists.txt,src/code.cpp,tests/code.cpp}
 program="$tree/build/release/apps/photocoag"
 printf '#!/bin/sh\necho "ran:$*"\n' >"$program"
 chmod 755 "$program"
+cp "$program" "$program-full"
 cp "$program" "$tree/build/release/tests/test_apps"
 printf 'add_test(inner "%s" inner)\n' "$program" >"$tree/build/release/tests/CTestTestfile.cmake"
 ln -s "$tree/photocoag" "$work/own/bin/photocoag"
@@ -56,6 +57,11 @@ expect 0 "ran:simulate" "$tree/photocoag" simulate
 change rm "$tree/build/release/tests/test_apps"
 change minutes_later -1 "$tree/tests/code.cpp"
 expect 2 "the tests are not built" "$tree/photocoag" test
+expect 0 "ran:campaign x" "$tree/photocoag" campaign x
+change rm "$program-full"
+expect 2 "photocoag-full is not built, and you cannot write to $tree: its owner calls ./photocoag build there" \
+  "$tree/photocoag" campaign x
+expect 0 "ran:treat" "$tree/photocoag" treat
 change rm "$program"
 expect 2 "photocoag is not built, and you cannot write to $tree: its owner calls ./photocoag there" "$tree/photocoag" config
 change rm -r "$tree/build"

@@ -26,8 +26,8 @@ inline EyeSettings eye_settings(const Config& config, const PlantMismatch& misma
           .readback = bench.readback == PowerReadback::kEmitted};
 }
 
-/// use(plant) with the tissue of [plant], cold: of the full-order model if there is one, else of the
-/// reduced one.
+/// use(plant) with the tissue of [plant], cold: of the full-order model if there is one, else of
+/// the reduced one.
 template <typename Use>
 auto with_plant(const Config& config, const std::shared_ptr<const FullOrderModel>& full,
                 const ReducedModel* reduced, Use use) {
@@ -35,8 +35,8 @@ auto with_plant(const Config& config, const std::shared_ptr<const FullOrderModel
   const BenchSettings& bench = plant.bench;
   const double period = config.control.period;
   if (bench.needs_intersample() && full) {
-    return use(IntersamplePlant(full, period, plant.absorption(), bench.timing,
-                                bench.absorption_drift));
+    return use(
+        IntersamplePlant(full, period, plant.absorption(), bench.timing, bench.absorption_drift));
   }
   if (bench.needs_intersample()) {
     return use(ReducedIntersamplePlant(*reduced, plant.absorption(), bench.timing,

@@ -32,8 +32,8 @@ void close_loop(const Config& config, C& controller, D& device, S& supervisor, b
   TreatmentObserver observer(period, timed, context.log, GoalWatch(config), context.onlooker.live);
   const auto begin = std::chrono::steady_clock::now();
   const PageFaults before = page_faults();
-  treatment.outcome = run_loop(controller, device, supervisor, period,
-                               std::span(treatment.records), context.progress, observer);
+  treatment.outcome = run_loop(controller, device, supervisor, period, std::span(treatment.records),
+                               context.progress, observer);
   treatment.page_faults = page_faults() - before;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   treatment.wall_seconds = wall.count();

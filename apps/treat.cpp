@@ -1,34 +1,27 @@
-#include "commands.hpp"
-
+// `photocoag treat` and `photocoag simulate`: one closed-loop treatment, by the clock or in virtual
+// time.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <csignal>
-#include <cstdio>
 #include <filesystem>
-#include <iterator>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
 #include "json_object.hpp"
-#include "photocoag/config/config.hpp"
-#include "photocoag/config/schema.hpp"
+#include "model_report.hpp"
+#include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/files.hpp"
-#include "photocoag/core/step_response.hpp"
 #include "photocoag/core/stop_signal.hpp"
-#include "photocoag/fom/stepper.hpp"
-#include "photocoag/mor/certificate.hpp"
-#include "photocoag/mor/reduce.hpp"
-#include "photocoag/mor/uncertain_fit.hpp"
 #include "photocoag/report/report.hpp"
-#include "photocoag/rom/file.hpp"
-#include "photocoag/run/boundaries.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/field.hpp"
@@ -46,52 +39,13 @@ namespace fs = std::filesystem;
 
 constexpr int kExitDeviceFault = 3;
 
-Progress progress_bar(std::string label) {
-  return
-      [label](std::string_view stage, double fraction) { draw_progress(label, fraction, stage); };
-}
-
-void print_error_report(const ReducedModel& model) {
-  say("model     {}{}, order {}, for {:g} ms; largest error {:.2f} % of the peak, {:.2f} % of the "
-      "volume temperature (absorption factor {:g} to {:g}{})\n",
-      model.method, model.refinement == "none" ? "" : ", refined", model.order(),
-      model.period * 1e3, 100.0 * model.error.peak_max(), 100.0 * model.error.volume_max(),
-      model.absorption_min, model.absorption_max,
-      model.parameters == 1
-          ? ""
-          : fmt::format(", choroid factor {:g} to {:g}", model.choroid_min, model.choroid_max));
-}
-
-// One line per alpha; with two parameters one per beta, the worst of all alpha.
-void print_error_table(const ErrorReport& error) {
-  const bool two = !error.choroid_factors.empty();
-  say("{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",
-      two ? "beta      " : "alpha     ", two ? "worst of all alpha; " : "", error.duration * 1e3);
-  const std::vector<double>& along = two ? error.choroid_factors : error.absorption_factors;
-  for (std::size_t i = 0; i < along.size();) {
-    const double at = along[i];
-    double peak = 0.0;
-    double volume = 0.0;
-    for (; i < along.size() && along[i] == at; ++i) {
-      peak = std::max(peak, error.peak[i]);
-      volume = std::max(volume, error.volume[i]);
-    }
-    say("{:5.2f}     {:12.3f}  {:14.3f}\n", at, 100.0 * peak, 100.0 * volume);
-  }
-}
-
-void print_certificate(const ReducedModel& model) {
-  if (!model.certificate) {
-    say("no bound  {}\n", why_uncertified(model.discretization));
-    return;
-  }
-  const ErrorCertificate& certificate = *model.certificate;
-  say("proved    cold start, any power from 0 to u_max: within {:.2f} % (peak) and {:.2f} % "
-      "(volume) of what u_max reaches in the end; in the first {:g} ms {:.2f} % and {:.2f} %\n",
-      100.0 * certificate.peak.relative_max(), 100.0 * certificate.volume.relative_max(),
-      certificate.treatment_duration * 1e3, 100.0 * certificate.peak.treatment_relative_max(),
-      100.0 * certificate.volume.treatment_relative_max());
-}
+struct RunOptions : CommonOptions {
+  std::string out;                  ///< run folder; empty: a new one below runs/
+  std::string seed;                 ///< as given; empty: from the configuration
+  std::string device;               ///< of `treat`: empty, or see run/device_address.hpp
+  std::vector<std::string> faults;  ///< of an eye that `treat` starts itself
+  bool json = false;                ///< the outcome as JSON on standard output
+};
 
 void print_outcome(const Config& config, const Treatment& treatment, const fs::path& folder) {
   const RunSummaryNumbers numbers = summarize(config, treatment);
@@ -242,8 +196,6 @@ int run(const RunOptions& options, Pacing pacing) {
                    folder, summary_object(summary_json(config, treatment)));
 }
 
-}  // namespace
-
 int treat(const RunOptions& options) {
   try {
     return run(options, Pacing::kClock);
@@ -255,117 +207,58 @@ int treat(const RunOptions& options) {
 
 int simulate(const RunOptions& options) { return run(options, Pacing::kVirtualTime); }
 
-int response(const ResponseOptions& options) {
-  const Config config =
-      configured(options.model == "full" ? Use::kResponseFull : Use::kResponseReduced,
-                 options.config, options.set);
-  ascending_times(options.times);  // refuse bad times before the models are built
-  if (options.model == "full" && !options.rom.empty()) {
-    throw Error(ErrorParts{.where = "--rom",
-                           .found = options.rom,
-                           .accepted = "a model file together with --model reduced"});
-  }
-  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
-  std::vector<Outputs> outputs;
-  const AbsorptionFactors absorption = config.plant.absorption();
-  if (options.model == "full") {
-    FullOrderPlant plant(models.plant_full(), config.plant.discretization, config.control.period,
-                         absorption, 0.0);
-    outputs = sample_step_response(plant, config.plant.discretization, config.control.period,
-                                   options.power, options.times);
-  } else {
-    const ReducedModel model =
-        options.rom.empty() ? models.reduced() : load_reduced_model(options.rom);
-    clear_progress();
-    ReducedPlant plant(model, absorption);
-    outputs = sample_step_response(plant, model.discretization, model.period, options.power,
-                                   options.times);
-  }
-  std::string csv = "time_s,peak_K,volume_K\n";
-  for (std::size_t i = 0; i < options.times.size(); ++i) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{}\n", options.times[i], outputs[i].peak,
-                   outputs[i].volume);
-  }
-  write_output(options.csv, csv);
-  return 0;
+void add_run(CLI::App& command, RunOptions& options) {
+  add_common(command, options);
+  add_cache(command, options);
+  command
+      .add_option("--out", options.out, "run folder, new or empty; default: a new one below runs/")
+      ->type_name("DIR");
+  command
+      .add_option("--seed", options.seed, "seed of the measurement noise, same as --set run.seed=N")
+      ->check(given())
+      ->type_name("N");
+  add_json(command, options.json);
 }
 
-int reduce_command(const ReduceOptions& options) {
-  if (options.compare) return compare_command(options);
-  if (options.out.empty()) {
-    throw Error(ErrorParts{.where = "--out",
-                           .problem = "missing",
-                           .accepted = "a model file to write, or - for standard output"});
-  }
-  if (options.json && options.out == "-") {
-    throw Error(ErrorParts{
-        .where = "--out", .found = "-", .accepted = "a file: --json has standard output"});
-  }
-  std::vector<std::string> overrides = options.set;
-  if (!options.method.empty()) overrides.push_back("model.method=" + options.method);
-  if (!options.order.empty()) overrides.push_back("model.order=" + options.order);
-  const Config config = configured(Use::kReduce, options.config, overrides);
-  const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
-  ReducedModel model = reduce(full, config.model.reduction, config.control.period,
-                              config.model.discretization, progress_bar("reducing"));
-  if (config.believes()) {
-    model.uncertain = std::make_shared<const UncertainModel>(fit_uncertain_model(
-        config.tissue, config.grid, config.estimator.prior, config.control.period));
-  }
-  clear_progress();
-  write_output(options.out, to_json(model));
-  say("photocoag {}: {}\n", version(), kResearchNotice);
-  say("full      {} states ({} radial x {} axial cells)\n", full->states(),
-      full->grid().radial.cells(), full->grid().axial.cells());
-  print_error_report(model);
-  print_certificate(model);
-  print_error_table(model.error);
-  if (model.uncertain) {
-    const UncertainModel& u = *model.uncertain;
-    say("uncertain {} quantities, {} modes; of a step response, rms and largest: {:.2f} and {:.2f} "
-        "% "
-        "of the peak, {:.2f} and {:.2f} % of the volume temperature\n",
-        u.count(), u.order(), 100.0 * u.peak_error_rms, 100.0 * u.peak_error_max,
-        100.0 * u.volume_error_rms, 100.0 * u.volume_error_max);
-  }
-  if (options.out != "-") say("written   {}\n", options.out);
-  return with_json(options.json, "reduce", 0, {}, reduction_object(model, *full, options.out));
-}
+const Command kTreat(
+    "treat", "treat a simulated eye in real time (the main job); writes a run folder with a report",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<RunOptions>();
+      add_run(command, *options);
+      command
+          .add_option("--device", options->device,
+                      "eye: a simulated eye in a process of its own, started for this treatment; "
+                      "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
+                      "driver:LIBRARY[,SETTINGS]: a vendor's driver")
+          ->type_name("DEVICE");
+      command
+          .add_option("--fault", options->faults,
+                      "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")
+          ->type_name("FAULT")
+          ->allow_extra_args(false);
+      command.footer(
+          footer("  photocoag treat\n"
+                 "  photocoag treat --device eye\n"
+                 "  photocoag treat --device eye --fault M2@120\n"
+                 "  photocoag treat --config configs/paper-250hz-a.toml --seed 7 --out runs/first\n"
+                 "Ctrl-C puts the laser to 0 W and still writes the run folder."));
+      command.callback([options, &exit_code] { exit_code = treat(*options); });
+    });
 
-int boundaries(const CommonOptions& options) {
-  const Config config = configured(Use::kBoundaries, options.config, options.set);
-  constexpr double kSteady =
-      1000.0;  // s: many times the slowest time constant of any sensible domain
-  constexpr double kLarge = 0.01;
-  const std::vector<double> times = {0.1, 0.4, kSteady};
-  const std::vector<BoundaryEffect> effects =
-      boundary_effects(config.tissue, config.grid, config.plant.absorption(), times);
-  print("Change of the peak gain when a boundary (zero temperature rise) moves out, %\n");
-  print("{:<8} {:<30} {:>8} {:>8} {:>8}\n", "boundary", "moved", "100 ms", "400 ms", "steady");
-  bool large = false;
-  for (const BoundaryEffect& effect : effects) {
-    print("{:<8} {:<30}", effect.boundary, effect.moved);
-    for (const double change : effect.change) {
-      print(" {:8.2f}", 100.0 * change);
-      large = large || std::abs(change) > kLarge;
-    }
-    print("\n");
-  }
-  if (large) {
-    say("warning   a change above 1 %: the model's long treatments are too cold by so much, and "
-        "its "
-        "reference power too high; move that boundary out (the front: a layer of vitreous)\n");
-  }
-  return 0;
-}
+const Command kSimulate(
+    "simulate",
+    "the same treatment in virtual time, as fast as it can; same bytes for the same seed",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<RunOptions>();
+      add_run(command, *options);
+      command.footer(footer(
+          "  photocoag simulate --config configs/paper-1khz.toml --set "
+          "plant.absorption_factor=0.5\n"
+          "  photocoag simulate --set plant.tissue.spot_radius_um=90 --out runs/smaller-spot\n"
+          "  photocoag simulate --config runs/first/config.toml      (repeats a run)"));
+      command.callback([options, &exit_code] { exit_code = simulate(*options); });
+    });
 
-int print_config(const ConfigOptions& options) {
-  if (options.schema) {
-    write_output("-", config_schema());
-    return 0;
-  }
-  write_output("-", to_toml(load_config(options.config, options.set)));
-  return 0;
-}
+}  // namespace
 
 }  // namespace photocoag

@@ -1,17 +1,18 @@
-// `photocoag doctor` and `photocoag latency`: is this machine fit for real time?
+// `photocoag latency`: how late a real-time thread wakes.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <CLI/CLI.hpp>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <thread>
 
-#include "commands.hpp"
+#include "command.hpp"
 #include "console.hpp"
-#include "photocoag/core/error.hpp"
+#include "options.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/stop_signal.hpp"
-#include "photocoag/realtime_check/doctor.hpp"
 #include "photocoag/realtime_check/latency.hpp"
 
 namespace photocoag {
@@ -38,26 +39,11 @@ void print_row(std::string_view name, const DurationHistogram& histogram) {
   print(" {:>8.1f}\n", histogram.max_us());
 }
 
-}  // namespace
-
-int doctor_command(const DoctorOptions& options) {
-  const std::vector<Finding> findings = examine(own_privileges());
-  Json json = Json::array();
-  const bool table = options.json != "-";
-  bool bad = false;
-  for (const Finding& finding : findings) {
-    bad = bad || finding.health == Health::kBad;
-    json.push_back({{"topic", finding.topic},
-                    {"health", to_string(finding.health)},
-                    {"found", finding.found},
-                    {"advice", finding.advice}});
-    if (!table) continue;
-    print("{:<4}  {:<21} {}\n", to_string(finding.health), finding.topic, finding.found);
-    if (!finding.advice.empty()) print("{:29}{}\n", "", finding.advice);
-  }
-  write_output(options.json, json.dump(2) + "\n");
-  return bad ? 1 : 0;
-}
+struct LatencyOptions {
+  double seconds = 10.0;
+  double period_ms = 1.0;
+  std::string json;  ///< file; - is standard output
+};
 
 int latency_command(const LatencyOptions& options) {
   const double period = options.period_ms * 1e-3;
@@ -90,5 +76,26 @@ int latency_command(const LatencyOptions& options) {
   write_output(options.json, json.dump(2) + "\n");
   return 0;
 }
+
+const Command kLatency(
+    "latency", "how late this machine wakes a real-time thread, beside cyclictest",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<LatencyOptions>();
+      command.add_option("--seconds", options->seconds, "how long to measure")
+          ->check(number_from(0.01, 1e6))
+          ->type_name("S");
+      command.add_option("--period-ms", options->period_ms, "from deadline to deadline")
+          ->check(number_from(0.05, 100.0))
+          ->type_name("T");
+      command.add_option("--json", options->json, "also write it; - is standard output alone")
+          ->type_name("FILE");
+      command.footer(
+          footer("  photocoag latency --seconds 60\n"
+                 "  photocoag latency --seconds 10 --period-ms 0.1\n"
+                 "If cyclictest (Debian: rt-tests) is installed it runs at the same time."));
+      command.callback([options, &exit_code] { exit_code = latency_command(*options); });
+    });
+
+}  // namespace
 
 }  // namespace photocoag

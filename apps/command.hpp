@@ -1,0 +1,45 @@
+// Role: the program; its commands. Each is one file that says what it is called, takes and does:
+// the one `Command` in it registers it. main.cpp lists them by what people do.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace photocoag {
+
+/// `configure` gives `command` its options and examples, and a callback that stores the exit code:
+/// 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error (exit code 2).
+class Command {
+ public:
+  using Configure = void (*)(CLI::App& command, int& exit_code);
+
+  Command(const char* name, const char* description, Configure configure);
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  std::string_view name() const noexcept { return name_; }
+  void add_to(CLI::App& app, const char* group, int& exit_code) const;
+
+ private:
+  const char* name_;
+  const char* description_;
+  Configure configure_;
+};
+
+/// The program's own arguments, ended by null.
+char** program_arguments() noexcept;
+
+/// Commands that belong together, as --help shows them.
+struct CommandGroup {
+  const char* what_for;
+  std::vector<std::string_view> commands;
+};
+
+/// Adds all commands to the program in the order of the groups; what no group names comes last.
+void add_commands(CLI::App& app, const std::vector<CommandGroup>& groups, int& exit_code);
+
+}  // namespace photocoag

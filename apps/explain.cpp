@@ -1,0 +1,78 @@
+// `photocoag explain`: what makes the paper's experiments come out as it says.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "command.hpp"
+#include "configured.hpp"
+#include "console.hpp"
+#include "options.hpp"
+#include "photocoag/core/build_info.hpp"
+#include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
+#include "photocoag/study/explain.hpp"
+#include "progress.hpp"
+#include "study_folders.hpp"
+
+namespace photocoag {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExplainOptions {
+  std::string file;  ///< empty: the shipped one
+  std::string out;   ///< folder, new or empty; empty: a new one below runs/
+  bool quick = false;
+  bool no_cache = false;
+};
+
+int explain_command(const ExplainOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  say("photocoag {}: {}\n", version(), kResearchNotice);
+  const fs::path file =
+      options.file.empty() ? shipped_studies() / "experiments/250hz.toml" : fs::path(options.file);
+  const Explanation study = load_explanation(file);
+  const ClaimedFolder folder = output_folder(options.out, "explanation");
+  const ExplainOutcome outcome =
+      explain(study, options.quick, !options.no_cache, [](std::string_view label, double fraction) {
+        draw_progress("explaining", fraction, label);
+      });
+  clear_progress();
+  const ConfirmedSet& best = outcome.confirmed.front();
+  print("best set: {}\nholds, of {} repetitions: as seen, in truth\n", best.label,
+        best.repetitions().count());
+  for (std::size_t i = 0; i < outcome.study.statements.size(); ++i) {
+    print("  {:>4.0f} % {:>4.0f} %  {}\n", 100.0 * best.repetitions().share(i),
+          100.0 * best.repetitions().true_share(i), outcome.study.statements[i].text);
+  }
+  write_explanation(folder.path(), outcome);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  say("sets      {} combinations; {:.1f} s\n", outcome.together.size(), wall.count());
+  say("report    {}\n", (folder.path() / "index.html").string());
+  return 0;
+}
+
+const Command kExplain(
+    "explain", "which bench, eye and tuning make the paper's experiments come out as it says",
+    [](CLI::App& command, int& exit_code) {
+      const auto options = std::make_shared<ExplainOptions>();
+      command.add_option("FILE", options->file, "the search; default: the shipped one")
+          ->type_name("FILE");
+      command
+          .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+          ->type_name("DIR");
+      command.add_flag("--quick", options->quick, "few repetitions, no sensitivity");
+      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      command.footer(
+          footer("  photocoag explain --out runs/explanation\n"
+                 "  photocoag explain studies/experiments/250hz.toml --quick"));
+      command.callback([options, &exit_code] { exit_code = explain_command(*options); });
+    });
+
+}  // namespace
+
+}  // namespace photocoag

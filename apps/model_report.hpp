@@ -1,0 +1,11 @@
+// Role: the program; what `treat`, `simulate` and `reduce` say of a reduced model.
+#pragma once
+
+#include "photocoag/rom/reduced_model.hpp"
+
+namespace photocoag {
+
+/// Method, order, period and the largest errors, in one line.
+void print_error_report(const ReducedModel& model);
+
+}  // namespace photocoag

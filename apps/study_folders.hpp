@@ -1,0 +1,17 @@
+// Role: the program; where studies come from and where their results go.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "photocoag/run/claimed_folder.hpp"
+
+namespace photocoag {
+
+/// The shipped studies: beside an installed program, else in the source tree around its build tree.
+std::filesystem::path shipped_studies();
+
+/// The folder asked for, or a new one below runs/.
+ClaimedFolder output_folder(const std::string& out, const std::string& name);
+
+}  // namespace photocoag
