@@ -200,7 +200,8 @@ TEST(DenseSolver, ARowWithoutInputsHoldsToTheRoundingOfTheLimits) {
         ASSERT_EQ(solver.solve(walking_problem(box, rounding, velocity), solution),
                   QpStatus::kSolved)
             << rounding;
-        EXPECT_EQ(solution.power, expected.power);
+        // Not a bit, but rounding: where nothing binds the answer is not refined.
+        EXPECT_LE((solution.power - expected.power).cwiseAbs().maxCoeff(), 1e-14);
         EXPECT_LE(solution.kkt_residual, 1e-12);
       }
       EXPECT_EQ(solver.solve(walking_problem(box, -1e-12, velocity), solution),

@@ -1,10 +1,12 @@
 // The check of an answer, on a problem whose multipliers are known by hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "photocoag/qp/dense.hpp"
+#include "photocoag/qp/factor.hpp"
 #include "photocoag/qp/kkt.hpp"
 #include "qp/exam.hpp"
 
@@ -76,6 +78,115 @@ TEST(Kkt, IsZeroToRoundingForTheExactSolverOnly) {
     QpSolution moved = solution;
     moved.power(0) += moved.power(0) > 0.5 ? -1e-6 : 1e-6;
     EXPECT_GE(evaluate_kkt(c.problem, moved).largest(), 1e-11);
+  }
+}
+
+// min (u0 - 0.5)^2 + (u1 - 0.25)^2 in the corner's box: u = (0.5, 0.25), nothing binds.
+QpProblem inside(int inputs = 2) {
+  QpProblem qp = corner();
+  qp.gradient << -1, -0.5;
+  // The same with further inputs that stand alone: every length of the loops.
+  QpProblem out;
+  out.resize(inputs, 1);
+  out.hessian.setZero();
+  out.rows.setZero();
+  out.hessian.diagonal().setConstant(2.0);
+  out.gradient.setConstant(-1.0);
+  out.lower.setZero();
+  out.upper.setOnes();
+  out.limit = qp.limit;
+  const int shared = std::min(inputs, 2);
+  out.gradient.head(shared) = qp.gradient.head(shared);
+  out.rows.leftCols(shared) = qp.rows.leftCols(shared);
+  return out;
+}
+
+TEST(InnerResidual, IsZeroAtTheMinimizerAndBoundsStationarity) {
+  for (const int n : {1, 2, 3, 4, 5, 9, 14, 49}) {
+    const QpProblem qp = inside(n);
+    InputVector u = -0.5 * qp.gradient;
+    EXPECT_EQ(inner_residual(qp, u.data()), 0.0) << n;
+    for (int j = 0; j < n; ++j) {
+      InputVector moved = u;
+      moved(j) += 1e-9;
+      EXPECT_GT(inner_residual(qp, moved.data()), 5e-10) << n << ", input " << j;
+    }
+  }
+  Random random(31);
+  int inner = 0;
+  for (int k = 0; k < 400; ++k) {
+    const int n = random.integer(1, 49);
+    Case c = large_case(random, n, random.integer(0, 1) == 0 ? n : random.integer(0, 49));
+    c.problem.lower.array() -= 10.0;
+    c.problem.upper.array() += 10.0;
+    c.problem.limit.array() += 1e3;
+    DenseSolver solver;
+    QpSolution solution;
+    ASSERT_EQ(solver.solve(c.problem, solution), QpStatus::kSolved);
+    const double residual = inner_residual(c.problem, solution.power.data());
+    if (!(residual < 1.0)) continue;
+    ++inner;
+    EXPECT_GE(residual, evaluate_kkt(c.problem, solution).stationarity);
+    EXPECT_EQ(solution.kkt_residual, residual);
+    EXPECT_EQ(solution.iterations, 0);
+  }
+  EXPECT_GT(inner, 100);
+}
+
+TEST(InnerResidual, IsInfiniteOutsideOfAnythingAndForBadData) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const int n : {2, 5}) {
+    const InputVector u = -0.5 * inside(n).gradient;
+    const auto of = [&](auto change) {
+      QpProblem qp = inside(n);
+      change(qp);
+      return inner_residual(qp, u.data());
+    };
+    EXPECT_EQ(of([](QpProblem& qp) { qp.limit(0) = 0.75; }), 0.0);
+    EXPECT_EQ(of([&](QpProblem& qp) { qp.limit(0) = infinity; }), 0.0);
+    EXPECT_EQ(of([](QpProblem& qp) { qp.limit(0) = 0.75 - 1e-16; }), infinity);
+    EXPECT_EQ(of([](QpProblem& qp) { qp.lower(1) = 0.25 + 1e-16; }), infinity);
+    EXPECT_EQ(of([](QpProblem& qp) { qp.upper(0) = 0.5 - 1e-16; }), infinity);
+    for (const double bad : {nan, infinity, -infinity}) {
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.hessian(1, 0) = bad; }), infinity);
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.hessian(0, 1) = bad; }), infinity);
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.gradient(1) = bad; }), infinity);
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.rows(0, 1) = bad; }), infinity);
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.lower(0) = bad; }), infinity);
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.upper(1) = bad; }), infinity);
+      InputVector wrong = u;
+      wrong(1) = bad;
+      EXPECT_EQ(inner_residual(inside(n), wrong.data()), infinity);
+    }
+    for (const double bad : {nan, -infinity}) {
+      EXPECT_EQ(of([&](QpProblem& qp) { qp.limit(0) = bad; }), infinity);
+    }
+  }
+}
+
+TEST(HessianFactor, InvertsAtEveryLength) {
+  Random random(32);
+  for (int n = 1; n <= 49; ++n) {
+    const QpProblem qp = large_case(random, n, 0).problem;
+    HessianFactor factor;
+    InputVector u(n);
+    ASSERT_TRUE(factor.minimize(qp.hessian, qp.gradient, u.data()));
+    EXPECT_LE((qp.hessian * u + qp.gradient).norm(), 1e-10 * qp.gradient.norm()) << n;
+    InputMatrix j;
+    factor.invert(j);
+    const Eigen::MatrixXd unit = j.transpose() * qp.hessian * j;
+    EXPECT_LE((unit - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9) << n;
+    for (int k = 0; k < n; ++k) {
+      for (int i = k + 1; i < n; ++i) ASSERT_EQ(j(i, k), 0.0);
+    }
+    QpProblem flat = qp;
+    flat.hessian.row(n - 1) = flat.hessian.row(0);
+    flat.hessian.col(n - 1) = flat.hessian.col(0);
+    if (n > 1) flat.hessian(n - 1, n - 1) = flat.hessian(0, 0);
+    EXPECT_EQ(factor.minimize(flat.hessian, flat.gradient, u.data()), n == 1);
+    flat.hessian(0, 0) = -1.0;
+    EXPECT_FALSE(factor.minimize(flat.hessian, flat.gradient, u.data()));
   }
 }
 

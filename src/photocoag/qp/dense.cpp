@@ -16,19 +16,18 @@ constexpr double kWide = 10.0;         // a box counts as at most so much larger
 constexpr double kFeasible = 1e-9;     // rows that cannot be met better than this are infeasible
 constexpr double kDependent = 1e-10;   // sine of the angle (in H^-1) to the span of the active set
 constexpr double kNegligible = 1e-12;  // components of r that may be rounding errors
-constexpr double kPivot = 1e-14;       // Cholesky pivot over the diagonal: below, H is not definite
+constexpr double kInner = 1e-14;       // stationarity of a minimizer that needs no refinement
 
 // Plain loops, not Eigen's reductions: those start at an aligned address, so that the order of the
 // sum, and its last bit, would depend on where the object lies.
 double dot(const double* a, const double* b, int n) noexcept {
-  double even = 0.0;
-  double odd = 0.0;
+  double sum[4] = {};
   int i = 0;
-  for (; i + 1 < n; i += 2) {
-    even += a[i] * b[i];
-    odd += a[i + 1] * b[i + 1];
+  for (; i + 3 < n; i += 4) {
+    for (int k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
   }
-  return i < n ? even + odd + a[i] * b[i] : even + odd;
+  for (int k = 0; i < n; ++i, ++k) sum[k] += a[i] * b[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 void axpy(double s, const double* __restrict x, double* __restrict y, int n) noexcept {
@@ -38,14 +37,20 @@ void axpy(double s, const double* __restrict x, double* __restrict y, int n) noe
 }  // namespace
 
 QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noexcept {
-  const int n = static_cast<int>(problem.hessian.rows());
-  const int m = static_cast<int>(problem.rows.rows());
   iterations_ = 0;
-
+  bool definite = false;
+  if (sizes_match(problem)) {
+    u_.resize(problem.hessian.rows());
+    definite = factor_.minimize(problem.hessian, problem.gradient, u_.data());
+    // In most problems nothing binds. The check looks at all data: what is wrong with them shows.
+    if (definite && take_inner(problem, solution)) return QpStatus::kSolved;
+  }
   QpStatus status = examine(problem);
   if (status == QpStatus::kSolved) status = prepare(problem);
+  if (status == QpStatus::kSolved && !definite) status = QpStatus::kNumericalFailure;
   if (status == QpStatus::kSolved) {
-    status = iterate(problem, std::min(iteration_limit_, iteration_bound(n, m)));
+    const int bound = iteration_bound(n_, static_cast<int>(offsets_.size()));
+    status = iterate(problem, std::min(iteration_limit_, bound));
   }
   if (status == QpStatus::kSolved) status = conclude(problem, solution);
   if (status != QpStatus::kSolved) give_up(problem, solution);
@@ -54,82 +59,68 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
   return status;
 }
 
-// Scales the box, and normalizes the rows that some u in the box violates.
+// The unconstrained minimizer, where it is inside of everything.
+bool DenseSolver::take_inner(const QpProblem& problem, QpSolution& solution) const noexcept {
+  const double residual = inner_residual(problem, u_.data());
+  if (!(residual <= kInner)) return false;
+  write_inner(problem, u_.data(), residual, solution);
+  return true;
+}
+
+// Scales the box and the rows. A row that no u in the box violates is left out: its offset is
+// infinite.
 QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
   const int n = n_ = static_cast<int>(problem.hessian.rows());
   const int m = static_cast<int>(problem.rows.rows());
   box_scale_.resize(n);
-  d_.setZero(m);  // largest G_i u in the box
-  z_.setZero(m);  // sum_j |G_ij| max(|lower_j|, |upper_j|)
+  box_weight_.resize(n);
+  double most[even(kMaxInputs)];   // largest G_i u in the box
+  double reach[even(kMaxInputs)];  // sum_j |G_ij| max(|lower_j|, |upper_j|)
+  std::fill_n(most, m, 0.0);
+  std::fill_n(reach, m, 0.0);
   for (int j = 0; j < n; ++j) {
     const double lower = problem.lower(j);
     const double upper = problem.upper(j);
     const double scale = std::max(std::abs(lower), std::abs(upper));
     box_scale_(j) = scale > 0.0 ? scale : 1.0;
+    box_weight_(j) = 1.0 / box_scale_(j);
     const double* column = problem.rows.data() + j * m;
     for (int i = 0; i < m; ++i) {
-      d_(i) += std::max(column[i] * lower, column[i] * upper);
-      z_(i) += std::abs(column[i]) * scale;
+      most[i] += std::max(column[i] * lower, column[i] * upper);
+      reach[i] += std::abs(column[i]) * scale;
     }
   }
 
-  normals_.resize(n, m);
   offsets_.resize(m);
-  row_scales_.resize(m);
+  row_weights_.resize(m);
   double known = 0.0;
-  for (int i = 0; i < m; ++i) known = std::max(known, std::min(std::abs(problem.limit(i)), z_(i)));
-  int count = 0;
   for (int i = 0; i < m; ++i) {
-    const double least = without_reach(z_(i), problem.limit(i)) ? -kLimitRounding * known : d_(i);
-    if (problem.limit(i) >= std::min(least, d_(i))) continue;
-    const double scale = std::max(std::abs(problem.limit(i)), z_(i));
+    known = std::max(known, std::min(std::abs(problem.limit(i)), reach[i]));
+  }
+  for (int i = 0; i < m; ++i) {
+    const double limit = problem.limit(i);
+    const double least = without_reach(reach[i], limit) ? -kLimitRounding * known : most[i];
+    const bool left_out = limit >= std::min(least, most[i]);
+    const double scale = left_out ? 1.0 : std::max(std::abs(limit), reach[i]);
     if (!(scale < kInfinity)) return QpStatus::kNumericalFailure;
-    for (int j = 0; j < n; ++j) normals_(j, count) = problem.rows(i, j) / scale;
-    offsets_(count) = problem.limit(i) / scale;
-    row_scales_(count) = scale;
-    row_of_[count++] = i;
+    row_weights_(i) = 1.0 / scale;
+    offsets_(i) = left_out ? kInfinity : limit * row_weights_(i);
   }
-  offsets_.conservativeResize(count);
-  std::fill_n(is_active_, n + count, false);
-  return factorize(problem.hessian) ? QpStatus::kSolved : QpStatus::kNumericalFailure;
-}
-
-// H = L L' (in r_), J = L^-T.
-bool DenseSolver::factorize(const InputMatrix& hessian) noexcept {
-  const int n = n_;
-  r_ = hessian;
-  for (int k = 0; k < n; ++k) {
-    double* column = r_.data() + k * n;
-    if (!(column[k] > kPivot * hessian(k, k))) return false;
-    column[k] = std::sqrt(column[k]);
-    const double inverse = 1.0 / column[k];
-    for (int i = k + 1; i < n; ++i) column[i] *= inverse;
-    for (int j = k + 1; j < n; ++j) axpy(-column[j], column + j, r_.data() + j * n + j, n - j);
-  }
-  j_.setZero(n, n);
-  for (int k = 0; k < n; ++k) {
-    double* column = j_.data() + k * n;
-    column[k] = 1.0 / r_(k, k);
-    for (int i = k - 1; i >= 0; --i) {
-      column[i] = -dot(r_.data() + i * n + i + 1, column + i + 1, k - i) / r_(i, i);
-    }
-  }
-  return true;
+  std::fill_n(is_active_, n + m, false);
+  return QpStatus::kSolved;
 }
 
 // The algorithm of Goldfarb and Idnani. kSolved: nothing is violated; optimality is unchecked.
 QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
   const int n = n_;
-  // Step 0: the unconstrained minimum u = -J J' g.
+  // Step 0: u is the unconstrained minimum.
   active_count_ = 0;
-  u_.setZero(n);
   d_.resize(n);
   z_.resize(n);
   dual_.resize(n);
-  for (int k = 0; k < n; ++k) {
-    const double* column = j_.data() + k * n;
-    axpy(-dot(column, problem.gradient.data(), k + 1), column, u_.data(), k + 1);
-  }
+  normal_.resize(n);
+  factor_.invert(j_);
+  r_.resize(n, n);
 
   bool entering = false;
   for (iterations_ = 0; iterations_ <= limit; ++iterations_) {
@@ -184,9 +175,9 @@ double DenseSolver::least_counted(const QpProblem& problem, int index) const noe
     return std::min(box_scale_(j), kWide * curved / std::sqrt(problem.hessian(j, j)));
   };
   if (index < n) return kViolated * size(index) / box_scale_(index);
-  const double* normal = normals_.data() + (index - n) * n;
-  double sum = kWide * std::abs(offsets_(index - n));
-  for (int j = 0; j < n; ++j) sum += std::abs(normal[j]) * size(j);
+  const int i = index - n;
+  double sum = kWide * std::abs(offsets_(i));
+  for (int j = 0; j < n; ++j) sum += std::abs(problem.rows(i, j)) * row_weights_(i) * size(j);
   return kViolated * std::min(sum, 1.0);
 }
 
@@ -198,28 +189,37 @@ bool DenseSolver::choose_violated(const QpProblem& problem) noexcept {
     if (is_active_[j]) continue;
     const double above = u_(j) - problem.upper(j);
     const double below = problem.lower(j) - u_(j);
-    const double scaled = std::max(above, below) / box_scale_(j);
+    const double scaled = std::max(above, below) * box_weight_(j);
     if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, j))) {
       largest = scaled;
       entering_ = {j, above > below ? 1.0 : -1.0};
     }
   }
-  for (int i = 0; i < static_cast<int>(offsets_.size()); ++i) {
+  const int m = static_cast<int>(offsets_.size());
+  double value[even(kMaxInputs)];  // G u
+  for (int i = 0; i < m; ++i) value[i] = 0.0;
+  for (int j = 0; j < n; ++j) axpy(u_(j), problem.rows.data() + j * m, value, m);
+  for (int i = 0; i < m; ++i) {
     if (is_active_[n + i]) continue;
-    const double scaled = dot(normals_.data() + i * n, u_.data(), n) - offsets_(i);
+    const double scaled = value[i] * row_weights_(i) - offsets_(i);
     if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, n + i))) {
       largest = scaled;
       entering_ = {n + i, 1.0};
     }
   }
-  return largest > 0.0;
+  if (!(largest > 0.0)) return false;
+  normal_.setZero();
+  add_normal(problem, entering_, 1.0, normal_.data());
+  return true;
 }
 
 // n' u - b.
 double DenseSolver::violation(const QpProblem& problem, Constraint c) const noexcept {
   if (c.index >= n_) {
     const int i = c.index - n_;
-    return dot(normals_.data() + i * n_, u_.data(), n_) - offsets_(i);
+    double sum = 0.0;
+    for (int j = 0; j < n_; ++j) sum += problem.rows(i, j) * u_(j);
+    return sum * row_weights_(i) - offsets_(i);
   }
   return c.sign > 0.0 ? u_(c.index) - problem.upper(c.index) : problem.lower(c.index) - u_(c.index);
 }
@@ -231,8 +231,7 @@ void DenseSolver::evaluate_directions() noexcept {
   if (entering_.index < n) {
     for (int k = 0; k < n; ++k) d_(k) = entering_.sign * j_(entering_.index, k);
   } else {
-    const double* normal = normals_.data() + (entering_.index - n) * n;
-    for (int k = 0; k < n; ++k) d_(k) = dot(j_.data() + k * n, normal, n);
+    for (int k = 0; k < n; ++k) d_(k) = dot(j_.data() + k * n, normal_.data(), n);
   }
   d2_squared_ = dot(d_.data() + q, d_.data() + q, n - q);
   dependent_ = !(d2_squared_ > kDependent * kDependent * dot(d_.data(), d_.data(), n));
@@ -270,7 +269,7 @@ double DenseSolver::least_violation(const QpProblem& problem) const noexcept {
   double weight = 0.0;
   const auto take = [&](Constraint c, double y) {
     if (c.index < n_ || !(y > 0.0)) return;
-    add_normal(c, y, sum);
+    add_normal(problem, c, y, sum);
     margin -= y * offsets_(c.index - n_);
     weight += y;
   };
@@ -344,7 +343,7 @@ void DenseSolver::refine(const QpProblem& problem) noexcept {
   double* e1 = z_.data();
   for (int j = 0; j < n; ++j) e1[j] = -problem.gradient(j);
   for (int j = 0; j < n; ++j) axpy(-u_(j), problem.hessian.data() + j * n, e1, n);
-  for (int k = 0; k < q; ++k) add_normal(active_[k], -multiplier_[k], e1);
+  for (int k = 0; k < q; ++k) add_normal(problem, active_[k], -multiplier_[k], e1);
   for (int k = 0; k < q; ++k) {
     const double e2 = -violation(problem, active_[k]);
     d_(k) = (e2 - dot(r_.data() + k * n, d_.data(), k)) / r_(k, k);
@@ -364,11 +363,14 @@ void DenseSolver::solve_r(double* x) const noexcept {
   }
 }
 
-void DenseSolver::add_normal(Constraint c, double factor, double* target) const noexcept {
+void DenseSolver::add_normal(const QpProblem& problem, Constraint c, double factor,
+                             double* target) const noexcept {
   if (c.index < n_) {
     target[c.index] += factor * c.sign;
   } else {
-    axpy(factor, normals_.data() + (c.index - n_) * n_, target, n_);
+    const int i = c.index - n_;
+    const double scaled = factor * row_weights_(i);
+    for (int j = 0; j < n_; ++j) target[j] += scaled * problem.rows(i, j);
   }
 }
 
@@ -387,7 +389,7 @@ QpStatus DenseSolver::conclude(const QpProblem& problem, QpSolution& solution) c
       u[index] = sign > 0.0 ? problem.upper(index) : problem.lower(index);
       solution.bound_multiplier(index) = sign * multiplier;
     } else {
-      solution.row_multiplier(row_of_[index - n]) = multiplier / row_scales_(index - n);
+      solution.row_multiplier(index - n) = multiplier * row_weights_(index - n);
     }
   }
   const KktResidual kkt = evaluate_kkt(problem, solution);

@@ -2,12 +2,13 @@
 // Used by mpc.
 // Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex
 //   quadratic programs", Math. Programming 27 (1983) 1-33, steps 0 to 2 of the algorithm.
-// Differences from the source: inequalities read n' u <= b; a constraint enters by a Householder
-//   reflection, which reuses the primal direction; bounds are unit vectors; rows that no u in the
-//   box can violate are left out, and so are rows without reach (problem.hpp) whose limit is
-//   rounding; rows in conflict by less than 1e-9 are relaxed; the answer is
-//   refined once against H, g and the active set; every answer carries its proof, the KKT
-//   conditions or a vector of Farkas.
+// Differences from the source: an unconstrained minimizer that is inside of box and rows is the
+//   answer, and J is made only if it is not; inequalities read n' u <= b; a constraint enters by a
+//   Householder reflection, which reuses the primal direction; bounds are unit vectors; rows that
+//   no u in the box can violate are left out, and so are rows without reach (problem.hpp) whose
+//   limit is rounding; rows in conflict by less than 1e-9 are relaxed; the answer is refined once
+//   against H, g and the active set; every answer carries its proof, the KKT conditions or a vector
+//   of Farkas.
 // Units: none. Rows are normalized, and every tolerance is relative to the data, so that scaling
 //   (G_i, limit_i) or (H, g) by a positive factor changes u by rounding only.
 // Real time: no heap, lock, exception or clock; at most iteration_bound(n, m) active-set changes
@@ -17,6 +18,7 @@
 #pragma once
 
 #include "photocoag/core/real_time.hpp"
+#include "photocoag/qp/factor.hpp"
 #include "photocoag/qp/problem.hpp"
 
 namespace photocoag {
@@ -60,7 +62,7 @@ class DenseSolver {
   };
 
   QpStatus prepare(const QpProblem& problem) noexcept;
-  bool factorize(const InputMatrix& hessian) noexcept;
+  bool take_inner(const QpProblem& problem, QpSolution& solution) const noexcept;
   QpStatus iterate(const QpProblem& problem, int limit) noexcept;
   QpStatus conclude(const QpProblem& problem, QpSolution& solution) const noexcept;
 
@@ -75,18 +77,20 @@ class DenseSolver {
   void drop(int position) noexcept;
   void refine(const QpProblem& problem) noexcept;
   void solve_r(double* x) const noexcept;
-  void add_normal(Constraint c, double factor, double* target) const noexcept;
+  void add_normal(const QpProblem& problem, Constraint c, double factor,
+                  double* target) const noexcept;
 
   int iteration_limit_;
   int iterations_ = 0;
   int n_ = 0;
 
-  // The constraints, normalized.
-  InputVector box_scale_;        // n, max(|lower|, |upper|)
-  InputMatrix normals_;          // n x rows that can be violated, one column each, G_i / scale_i
-  InputVector offsets_;          // limit_i / scale_i
-  InputVector row_scales_;       // scale_i
-  int row_of_[kMaxInputs] = {};  // index i in the problem
+  HessianFactor factor_;
+
+  // The constraints, normalized: G_i / scale_i u <= offset_i.
+  InputVector box_scale_;    // n, max(|lower|, |upper|)
+  InputVector box_weight_;   // 1 / that
+  InputVector offsets_;      // m, limit_i / scale_i; infinite: no u in the box violates the row
+  InputVector row_weights_;  // m, 1 / scale_i
 
   // The iterate: u, the active set and its multipliers, and the constraint that is entering.
   InputVector u_;
@@ -100,7 +104,9 @@ class DenseSolver {
   // Factors: J' H J = I and J' N = [R; 0], N the normals of the active set.
   InputMatrix j_;
   InputMatrix r_;
-  // For the entering normal: d = J' n, z = J2 d2 (primal direction), r = R^-1 d1 (dual direction).
+  // For the entering normal n: d = J' n, z = J2 d2 (primal direction), r = R^-1 d1 (dual
+  // direction).
+  InputVector normal_;
   InputVector d_;
   InputVector z_;
   InputVector dual_;

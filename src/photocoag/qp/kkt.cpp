@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/core/fixed_length.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -20,7 +22,56 @@ double relative(double value, double scale) noexcept {
   return scale < kInfinity ? value / scale : kInfinity;
 }
 
+// n inputs and n rows, or any number of either.
+template <typename Inputs, typename Rows>
+double inner_residual_as(Inputs inputs, Rows rows, const QpProblem& problem,
+                         const double* __restrict u) noexcept {
+  const int n = inputs;
+  const int m = rows;
+  const double* __restrict gradient = problem.gradient.data();
+  const double* __restrict lower = problem.lower.data();
+  const double* __restrict upper = problem.upper.data();
+  double residual[even(kMaxInputs)];  // H u + g
+  double terms[even(kMaxInputs)];
+  double value[even(kMaxInputs)];  // G u
+  bool good = true;
+  for (int j = 0; j < n; ++j) {
+    residual[j] = gradient[j];
+    terms[j] = std::abs(gradient[j]);
+    good &= u[j] >= lower[j] && u[j] <= upper[j] && lower[j] > -kInfinity && upper[j] < kInfinity;
+  }
+  if (!good) return kInfinity;
+  for (int i = 0; i < m; ++i) value[i] = 0.0;
+  for (int j = 0; j < n; ++j) {
+    const double power = u[j];
+    const double* __restrict column = problem.hessian.data() + j * n;
+    for (int i = 0; i < n; ++i) {
+      const double term = column[i] * power;
+      residual[i] += term;
+      terms[i] += std::abs(term);
+    }
+    const double* __restrict row = problem.rows.data() + j * m;
+    for (int i = 0; i < m; ++i) value[i] += row[i] * power;
+  }
+  for (int i = 0; i < m; ++i) good &= value[i] > -kInfinity && value[i] <= problem.limit.data()[i];
+  double worst = 0.0;
+  for (int j = 0; j < n; ++j) {
+    good &= terms[j] < kInfinity;  // false for NaN; |residual| <= terms
+    const double error = std::abs(residual[j]);
+    if (error > worst * terms[j]) worst = error / terms[j];
+  }
+  return good ? worst : kInfinity;
+}
+
 }  // namespace
+
+double inner_residual(const QpProblem& problem, const double* u) noexcept {
+  const int n = static_cast<int>(problem.hessian.rows());
+  const int m = static_cast<int>(problem.rows.rows());
+  if (m != n) return inner_residual_as(n, m, problem, u);
+  return for_length<1, 2, 3, 4, 9>(
+      n, [&](auto length) { return inner_residual_as(length, length, problem, u); });
+}
 
 double KktResidual::largest() const noexcept {
   return std::max({stationarity, feasibility, complementarity});
@@ -56,14 +107,25 @@ KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) n
   }
   for (int i = 0; i < m; ++i) value[i] = scale[i] = 0.0;
   KktResidual out{0.0, 0.0, 0.0};
-  const double reach = curved_size(problem, u);
-  double size[even(kMaxInputs)];
+  double size[even(kMaxInputs)];  // of the inputs: 1 / sqrt(H_jj), then min(box, reach times that)
+  double reach = 0.0;
+  for (int j = 0; j < n; ++j) {
+    const double curvature = problem.hessian(j, j);
+    size[j] = 1.0 / std::sqrt(curvature);
+    reach = std::max({reach, std::abs(u[j]) * curvature * size[j],  // as curved_size()
+                      std::abs(problem.gradient(j)) * size[j]});
+  }
+  int with[kMaxInputs];  // rows with a multiplier
+  int pressing = 0;
+  for (int i = 0; i < m; ++i) {
+    if (row_multiplier[i] != 0.0) with[pressing++] = i;
+  }
   // Plain loops: the order of the sums must not depend on where the data lie.
   for (int j = 0; j < n; ++j) {
     const double box = std::max(std::abs(problem.lower(j)), std::abs(problem.upper(j)));
     const double* column = problem.hessian.data() + j * n;
     for (int i = 0; i < n; ++i) residual[i] += column[i] * u[j];
-    size[j] = std::min(box, reach / std::sqrt(problem.hessian(j, j)));
+    size[j] = std::min(box, reach * size[j]);
     for (int i = 0; i < n; ++i) terms[i] += std::abs(column[i]) * size[j];
     const double* row = problem.rows.data() + j * m;
     for (int i = 0; i < m; ++i) {
@@ -72,9 +134,10 @@ KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) n
     }
     double force = 0.0;
     double pressure = 0.0;
-    for (int i = 0; i < m; ++i) {
-      force += row[i] * row_multiplier[i];
-      pressure += std::abs(row[i] * row_multiplier[i]);
+    for (int k = 0; k < pressing; ++k) {
+      const double term = row[with[k]] * row_multiplier[with[k]];
+      force += term;
+      pressure += std::abs(term);
     }
     residual[j] += force;
     terms[j] += pressure;

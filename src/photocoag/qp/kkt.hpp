@@ -32,6 +32,12 @@ double curved_size(const QpProblem& problem, const double* u) noexcept;
 /// problem.hpp). Tests: tests/qp/test_kkt.cpp.
 KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept;
 
+/// How far `u` with no multiplier at all is from being the minimizer: a bound from above of
+/// `stationarity`, max_j |H u + g|_j over the sum of the absolute terms in it. Infinity if an input
+/// or a row is outside by anything at all, or if something is not finite (a limit may be
+/// +infinity). Looks at all data itself: of the problem only the sizes are relied on.
+double inner_residual(const QpProblem& problem, const double* u) noexcept;
+
 /// What every solver's answer must satisfy before a power is written: stationarity to 1e-11,
 /// feasibility and complementarity to 1e-9. A right answer has some 1e-16.
 bool is_optimal(const KktResidual& kkt) noexcept;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/fixed_length.hpp"
 
 namespace photocoag {
 namespace {
@@ -11,10 +12,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <typename Matrix>
 bool all_finite(const Matrix& matrix) noexcept {
-  bool finite = true;
   const double* data = matrix.data();
-  for (int i = 0; i < static_cast<int>(matrix.size()); ++i) finite &= std::abs(data[i]) < kInfinity;
-  return finite;
+  const int size = static_cast<int>(matrix.size());
+  double zero[4] = {};  // 0 times what is not finite is NaN
+  int i = 0;
+  for (; i + 3 < size; i += 4) {
+    for (int k = 0; k < 4; ++k) zero[k] += 0.0 * data[i + k];
+  }
+  for (; i < size; ++i) zero[0] += 0.0 * data[i];
+  return zero[0] + zero[1] + zero[2] + zero[3] == 0.0;
 }
 
 }  // namespace
@@ -37,13 +43,9 @@ void QpProblem::resize(int inputs, int constraints) {
 }
 
 QpStatus examine(const QpProblem& problem) noexcept {
+  if (!sizes_match(problem)) return QpStatus::kNumericalFailure;
   const Eigen::Index n = problem.hessian.rows();
   const Eigen::Index m = problem.rows.rows();
-  if (n < 1 || n > kMaxInputs || m > kMaxInputs || problem.hessian.cols() != n ||
-      problem.gradient.size() != n || problem.lower.size() != n || problem.upper.size() != n ||
-      problem.limit.size() != m || (m > 0 && problem.rows.cols() != n)) {
-    return QpStatus::kNumericalFailure;
-  }
   if (!all_finite(problem.hessian) || !all_finite(problem.gradient) || !all_finite(problem.lower) ||
       !all_finite(problem.upper) || !all_finite(problem.rows)) {
     return QpStatus::kNumericalFailure;
@@ -68,6 +70,25 @@ void give_up(const QpProblem& problem, QpSolution& solution) noexcept {
   solution.bound_multiplier.setZero(n);
   solution.row_multiplier.setZero(problem.rows.rows());
   solution.kkt_residual = kInfinity;
+}
+
+void write_inner(const QpProblem& problem, const double* u, double kkt_residual,
+                 QpSolution& solution) noexcept {
+  const int m = static_cast<int>(problem.limit.size());
+  solution.power.resize(problem.gradient.size());
+  solution.bound_multiplier.resize(problem.gradient.size());
+  solution.row_multiplier.resize(m);
+  for_length<1, 2, 3, 4>(static_cast<int>(problem.gradient.size()), [&](auto length) {
+    const int n = length;
+    for (int j = 0; j < n; ++j) {
+      solution.power.data()[j] = u[j];
+      solution.bound_multiplier.data()[j] = 0.0;
+    }
+  });
+  for (int i = 0; i < m; ++i) solution.row_multiplier.data()[i] = 0.0;
+  solution.kkt_residual = kkt_residual;
+  solution.iterations = 0;
+  solution.status = QpStatus::kSolved;
 }
 
 std::string_view to_string(QpStatus status) noexcept {

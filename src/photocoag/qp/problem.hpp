@@ -61,6 +61,18 @@ inline bool without_reach(double reach, double limit) noexcept {
 }
 inline constexpr double kLimitRounding = 16.0 * std::numeric_limits<double>::epsilon();
 
+/// True if all sizes are those that QpProblem says.
+inline bool sizes_match(const QpProblem& problem) noexcept {
+  const Eigen::Index n = problem.hessian.rows();
+  const Eigen::Index m = problem.rows.rows();
+  const bool inputs = n >= 1 && n <= kMaxInputs && problem.hessian.cols() == n;
+  const bool rows = m <= kMaxInputs && (m == 0 || problem.rows.cols() == n);
+  // No branches: all of this is true but for a mistake.
+  return inputs && rows &&
+         int(problem.gradient.size() == n) & int(problem.lower.size() == n) &
+             int(problem.upper.size() == n) & int(problem.limit.size() == m);
+}
+
 /// kSolved if a solver may look at the data; kNumericalFailure if sizes do not match or are above
 /// kMaxInputs, or an entry is not finite (a limit may be +infinity); kInfeasible if some lower >
 /// upper.
@@ -68,6 +80,10 @@ QpStatus examine(const QpProblem& problem) noexcept;
 
 /// The safe answer: every u_j at lower_j (see QpSolution), multipliers 0, no residual.
 void give_up(const QpProblem& problem, QpSolution& solution) noexcept;
+
+/// The answer `u` where nothing binds: solved in 0 iterations, multipliers 0.
+void write_inner(const QpProblem& problem, const double* u, double kkt_residual,
+                 QpSolution& solution) noexcept;
 
 /// What every solver offers: no lock, exception or clock, and no allocation once it has seen the
 /// problem's sizes; a bad problem never spoils the next answer. The exam is tests/qp/exam.hpp.
