@@ -4,44 +4,53 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/fixed_length.hpp"
+
 namespace photocoag {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // y_k = sum_(j <= k) h_(k-j) u_j.
-void respond_to(const double* __restrict h, const double* __restrict u, int n,
-                double* __restrict y) noexcept {
-  std::fill_n(y, n, 0.0);
+inline void respond_to(const double* __restrict h, const double* __restrict u, int n,
+                       double* __restrict y) noexcept {
+  PHOTOCOAG_UNROLLED
+  for (int k = 0; k < n; ++k) y[k] = 0.0;
+  PHOTOCOAG_UNROLLED
   for (int j = 0; j < n; ++j) {
     const double power = u[j];
+    PHOTOCOAG_UNROLLED
     for (int k = j; k < n; ++k) y[k] += h[k - j] * power;
   }
 }
 
-}  // namespace
-
-bool meet_reference(const PlanData& data, double* u) noexcept {
-  const int n = data.stages;
+template <typename Length>
+bool meet_as(Length length, const PlanData& data, double* u) noexcept {
+  const int n = length;
   const double* __restrict h = data.impulse;
   double rest[even(kMaxInputs)];  // reference - f, less what the powers so far do
+  PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) rest[k] = data.reference[k] - data.free[k];
   const double inverse = 1.0 / h[0];
+  PHOTOCOAG_UNROLLED
   for (int j = 0; j < n; ++j) {
     const double power = rest[j] * inverse;
     if (!(power >= data.lower && power <= data.upper)) return false;
     u[j] = power;
+    PHOTOCOAG_UNROLLED
     for (int k = j + 1; k < n; ++k) rest[k] -= h[k - j] * power;
   }
   return true;
 }
 
-double deadbeat_residual(const PlanData& data, const double* u) noexcept {
-  const int n = data.stages;
+template <typename Length>
+double residual_as(Length length, const PlanData& data, const double* u) noexcept {
+  const int n = length;
   double response[even(kMaxInputs)];
   respond_to(data.impulse, u, n, response);
   double worst = 0.0;
   bool good = true;
+  PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) {
     good &= u[k] >= data.lower && u[k] <= data.upper && data.impulse[k] >= 0.0;
     const double error = std::abs(response[k] + (data.free[k] - data.reference[k]));
@@ -52,8 +61,20 @@ double deadbeat_residual(const PlanData& data, const double* u) noexcept {
   if (data.limit_impulse != data.impulse) {
     respond_to(data.limit_impulse, u, n, response);
   }
+  PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) good &= response[k] <= data.limit[k] - data.limit_free[k];
   return good ? worst : kInfinity;
+}
+
+}  // namespace
+
+bool meet_reference(const PlanData& data, double* u) noexcept {
+  return for_length<1, 4, 9>(data.stages, [&](auto length) { return meet_as(length, data, u); });
+}
+
+double deadbeat_residual(const PlanData& data, const double* u) noexcept {
+  return for_length<1, 4, 9>(data.stages,
+                             [&](auto length) { return residual_as(length, data, u); });
 }
 
 }  // namespace photocoag

@@ -10,6 +10,7 @@
 
 #include "photocoag/core/real_time.hpp"
 #include "photocoag/mpc/ocp.hpp"
+#include "photocoag/mpc/penalized_plan.hpp"
 #include "photocoag/qp/dense.hpp"
 
 namespace photocoag {
@@ -80,7 +81,7 @@ class ModelPredictiveController {
     // Exact where nothing binds: `dense` would start at the same plan and change nothing. Another
     // solver is there by choice, and is asked.
     if constexpr (std::same_as<Solver, DenseSolver>) {
-      if (ocp_.deadbeat_is_optimal() && take_deadbeat()) {
+      if (take_plan()) {
         result.solver_status = QpStatus::kSolved;
         result.kkt_residual = solution_.kkt_residual;
         result.status = ocp_.limit_relaxed() ? MpcStatus::kRelaxed : MpcStatus::kSolved;
@@ -128,12 +129,22 @@ class ModelPredictiveController {
     bool done = true;
   };
 
-  // The plan that meets the reference at every stage, if it is the minimizer by its check.
-  bool take_deadbeat() noexcept {
+  // The plan without box and limits, if it is the minimizer by its check.
+  bool take_plan() noexcept {
+    const bool deadbeat = ocp_.deadbeat_is_optimal();
+    if (!deadbeat && !ocp_.penalized_is_optimal(assembled_.cycle)) return false;
     const PlanData data = ocp_.plan_data();
     solution_.power.resize(data.stages);
-    if (!meet_reference(data, solution_.power.data())) return false;
-    solution_.kkt_residual = deadbeat_residual(data, solution_.power.data());
+    double* u = solution_.power.data();
+    if (deadbeat) {
+      if (!meet_reference(data, u)) return false;
+      solution_.kkt_residual = deadbeat_residual(data, u);
+    } else {
+      const PlanPenalties penalties =
+          ocp_.plan_penalties(assembled_.power_reference, assembled_.previous_power);
+      if (!minimize_penalized(data, penalties, u)) return false;
+      solution_.kkt_residual = penalized_residual(data, penalties, u);
+    }
     if (!(solution_.kkt_residual <= kDeadbeatResidual)) return false;
     solution_.bound_multiplier.setZero(data.stages);
     solution_.row_multiplier.setZero(data.stages);

@@ -8,6 +8,7 @@
 
 #include "photocoag/core/types.hpp"
 #include "photocoag/mpc/deadbeat.hpp"
+#include "photocoag/mpc/penalized_plan.hpp"
 #include "photocoag/mpc/settings.hpp"
 #include "photocoag/qp/problem.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -64,7 +65,23 @@ class OptimalControlProblem {
     return settings_.power_weight == 0.0 && settings_.power_change_weight == 0.0 &&
            settings_.state_weight == StateWeight::kConstant;
   }
-  /// The last respond() for deadbeat.hpp; v = u / u_max. Valid as long as this object is.
+  /// True if minimize_penalized() has the minimizer of cycle n wherever it is inside of the box and
+  /// the limits: R1 + R2 > 0, and R0 = 1 at every stage.
+  bool penalized_is_optimal(long long cycle) const noexcept {
+    constexpr long long kDelay = 3;  // state_weight() is 1 from the stage after that on
+    return settings_.power_weight + settings_.power_change_weight > 0.0 &&
+           (settings_.state_weight == StateWeight::kConstant || cycle >= kDelay);
+  }
+  /// R1, R2, u_ref and u_prev in the units of plan_data().
+  PlanPenalties plan_penalties(double power_reference, double previous_power) const noexcept {
+    const double scale = settings_.power_max;
+    return {.power = settings_.power_weight * scale * scale,
+            .change = settings_.power_change_weight * scale * scale,
+            .power_reference = power_reference / scale,
+            .previous = previous_power / scale};
+  }
+  /// The last respond() for deadbeat.hpp and penalized_plan.hpp; v = u / u_max. Valid as long as
+  /// this object is.
   PlanData plan_data() const noexcept {
     return {.stages = inputs(),
             .impulse = impulse_.data(),
