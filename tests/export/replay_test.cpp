@@ -23,20 +23,17 @@ class Replay : public ::testing::TestWithParam<int> {};
 
 // 1e-12 W and 1e-9 K: rounding, with the condition of the longest horizon.
 constexpr ReplayDifference kDouble{.power = 1e-12, .peak = 1e-9};
-// Where single precision is on the other side of a decision for some periods. The margin of
-// "certified" steps where the estimated alpha passes a node of the certificate, by some 0.01 K of
-// the limit. The posterior takes another Gauss-Newton step, or expands anew, or it does not.
+// Where single precision is on the other side of a decision for some periods: the posterior takes
+// another Gauss-Newton step, or expands anew, or it does not.
 struct Across {
   ReplayDifference bars;
   double share;  // of the cycles
 };
 constexpr Across kNowhere{kSingleBar, 0.0};
-constexpr Across kNode{{.power = 1e-4, .peak = 1e-3}, 1e-3};
 constexpr Across kStep{{.power = 5e-4, .peak = 1e-1}, 1e-2};
 
 Across decisions_of(const ReplayCase& one) {
-  if (one.estimator.kind == EstimatorKind::kPosterior) return kStep;
-  return one.control.robust == Robustness::kCertified ? kNode : kNowhere;
+  return one.estimator.kind == EstimatorKind::kPosterior ? kStep : kNowhere;
 }
 
 void expect_within(const ReplayDifference& difference, const ReplayDifference& bars) {

@@ -81,10 +81,44 @@ TEST(RobustLimit, RemembersThePowersApplied) {
     running.step(power);
   }
   running.step(0.0);  // stage 1 is one period on, nothing applied
-  // Nodes of alpha on both sides of the estimate count: at least the bound at the estimate itself.
-  const double free = limit.tighten(none, {0.9, 0.0}, false, 0.0).free[0];
-  EXPECT_GE(free, running.bound(0.9).peak * (1.0 - 1e-12));
-  EXPECT_LE(free, 1.1 * running.bound(0.9).peak);
+  // The bound at the estimate itself, between two nodes as well.
+  for (const double alpha : {0.9, 0.913, 0.3, 1.7}) {
+    const double free = limit.tighten(none, {alpha, 0.0}, false, 0.0).free[0];
+    EXPECT_NEAR(free, running.bound(alpha).peak, 1e-12 * free) << alpha;
+  }
+}
+
+// The certificate's scale is linear between nodes, where it is proved (docs/models.md): what is
+// kept is the largest of all plausible alphas, no less and no more.
+TEST(RobustLimit, KeepsTheLargestBoundOfThePlausibleAlphas) {
+  const ReducedModel& model = default_models(1e-3).reduced();
+  const ControlSettings settings{.horizon = 2, .robust = Robustness::kCertified};
+  RobustLimit limit(model, settings, 3.0);
+  RunningErrorBound running(*model.certificate);
+  for (int k = 0; k < 50; ++k) {
+    limit.observe(0.03);
+    running.step(0.03);
+  }
+  running.step(0.0);
+  const MatrixXd none = MatrixXd::Zero(model.order() + 1, model.order() + 1);
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> unit;
+  for (int repeat = 0; repeat < 300; ++repeat) {
+    const double alpha = 0.2 + 1.7 * unit(generator);
+    const double sigma = std::pow(10.0, -4.0 + 3.0 * unit(generator));
+    const double free = limit.tighten(none, {alpha, sigma}, false, 0.0).free[0];
+    const double low = alpha - settings.robust_sigma * sigma;
+    const double high = alpha + settings.robust_sigma * sigma;
+    double largest = std::max(running.bound(low).peak, running.bound(high).peak);
+    for (const double node : model.certificate->absorption_factors) {
+      if (node >= low && node <= high) largest = std::max(largest, running.bound(node).peak);
+    }
+    for (int k = 0; k <= 200; ++k) {
+      const double between = running.bound(low + (high - low) * k / 200).peak;
+      ASSERT_GE(free, between * (1.0 - 1e-14)) << alpha << " +- " << sigma;
+    }
+    ASSERT_NEAR(free, largest, 1e-12 * largest) << alpha << " +- " << sigma;
+  }
 }
 
 TEST(RobustLimit, NeedsACertificate) {

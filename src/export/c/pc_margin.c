@@ -6,12 +6,22 @@
 #if PC_CERTIFIED
 /* The certificate's scale is linear between its nodes: its largest value between low and high is
  * at a node or at an end, and the node next to an end is at least as far out. */
+static pc_real scale_at(pc_real alpha) {
+  pc_real scale = pc_certificate_scale[0];
+  for (int i = 0; i + 1 < PC_CERTIFICATE_NODES; ++i) {
+    const pc_real beyond = alpha - pc_certificate_alpha[i];
+    const pc_real step = pc_certificate_alpha[i + 1] - pc_certificate_alpha[i];
+    if (!(beyond > 0)) break;
+    scale = pc_certificate_scale[i] +
+            pc_min(beyond / step, 1) * (pc_certificate_scale[i + 1] - pc_certificate_scale[i]);
+  }
+  return scale;
+}
 static pc_real largest_scale(pc_real low, pc_real high) {
-  pc_real largest = 0;
+  pc_real largest = pc_max(scale_at(low), scale_at(high));
   for (int i = 0; i < PC_CERTIFICATE_NODES; ++i) {
-    const bool before = i + 1 < PC_CERTIFICATE_NODES && pc_certificate_alpha[i + 1] <= low;
-    const bool behind = i > 0 && pc_certificate_alpha[i - 1] >= high;
-    if (!before && !behind) largest = pc_max(largest, pc_certificate_scale[i]);
+    if (pc_certificate_alpha[i] > low && pc_certificate_alpha[i] < high)
+      largest = pc_max(largest, pc_certificate_scale[i]);
   }
   return largest;
 }

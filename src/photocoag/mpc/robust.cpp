@@ -73,11 +73,19 @@ double RobustLimit::largest_scale(double low, double high) const noexcept {
   // The scale is linear between nodes: its largest value is at a node or at an end, and the node
   // next to an end is at least as far out.
   const std::vector<double>& nodes = certificate_.absorption_factors;
-  double largest = 0.0;
+  const std::vector<double>& scale = certificate_.peak.scale;
+  const auto at = [&](double alpha) {
+    if (alpha <= nodes.front()) return scale.front();
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+      if (alpha <= nodes[i + 1])
+        return scale[i] +
+               (alpha - nodes[i]) / (nodes[i + 1] - nodes[i]) * (scale[i + 1] - scale[i]);
+    }
+    return scale.back();
+  };
+  double largest = std::max(at(low), at(high));
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const bool before = i + 1 < nodes.size() && nodes[i + 1] <= low;
-    const bool behind = i > 0 && nodes[i - 1] >= high;
-    if (!before && !behind) largest = std::max(largest, certificate_.peak.scale[i]);
+    if (nodes[i] > low && nodes[i] < high) largest = std::max(largest, scale[i]);
   }
   return largest;
 }
