@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "photocoag/core/fixed_length.hpp"
 #include "photocoag/core/types.hpp"
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -71,13 +72,12 @@ inline StateVector next_free_state(const StateMatrix& A, const StateVector& deca
   return decay.cwiseProduct(x);
 }
 
-/// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns. P is
-/// symmetric to the bit, and stays so. `decay`: diagonal_alone(A).
-template <int U>
-void predict_covariance(const StateMatrix& A, const StateVector& decay, const StateVector& input,
-                        const SlopeMatrix& b, double power_variance, const Parameters& drift,
-                        ExtendedMatrix& P) noexcept {
-  const int n = static_cast<int>(input.size());
+/// predict_covariance() for one order.
+template <int U, typename Order>
+void predict_covariance_of(Order order, const StateMatrix& A, const StateVector& decay,
+                           const StateVector& input, const SlopeMatrix& b, double power_variance,
+                           const Parameters& drift, ExtendedMatrix& P) noexcept {
+  const int n = order;
   const int stride = n + U;
   double* p = P.data();
   StateMatrix full;  // A P A'
@@ -98,51 +98,80 @@ void predict_covariance(const StateMatrix& A, const StateVector& decay, const St
     }
   } else {
     const double* lambda = decay.data();
+    PHOTOCOAG_UNROLLED
     for (int q = 0; q < U; ++q) {
+      PHOTOCOAG_UNROLLED
       for (int i = 0; i < n; ++i) cross[q][i] = lambda[i] * p[(n + q) * stride + i];
     }
     // Both ways round, as the full product has it.
+    PHOTOCOAG_UNROLLED
     for (int j = 0; j < n; ++j) {
       double* column = p + j * stride;
       const double l = lambda[j];
+      PHOTOCOAG_UNROLLED
       for (int i = 0; i <= j; ++i) {
         column[i] = 0.5 * (lambda[i] * column[i] * l + l * column[i] * lambda[i]);
       }
     }
   }
+  PHOTOCOAG_UNROLLED
   for (int i = 0; i < n; ++i) {
     input_part[i] = power_variance * input[i];
+    PHOTOCOAG_UNROLLED
     for (int q = 0; q < U; ++q) {
+      PHOTOCOAG_UNROLLED
       for (int r = 0; r < U; ++r) {
         slope_part[q][r][i] = p[(n + r) * stride + n + q] * slope[q][i];
       }
     }
   }
+  PHOTOCOAG_UNROLLED
   for (int j = 0; j < n; ++j) {
     double* column = p + j * stride;
+    PHOTOCOAG_UNROLLED
     for (int i = 0; i <= j; ++i) {
       double value = column[i];
+      PHOTOCOAG_UNROLLED
       for (int q = 0; q < U; ++q) {
         value = value + cross[q][i] * slope[q][j] + slope[q][i] * cross[q][j];
       }
+      PHOTOCOAG_UNROLLED
       for (int q = 0; q < U; ++q) {
+        PHOTOCOAG_UNROLLED
         for (int r = 0; r < U; ++r) value += slope_part[q][r][i] * slope[r][j];
       }
       column[i] = value + input_part[i] * input[j];
     }
+    PHOTOCOAG_UNROLLED
     for (int i = 0; i < j; ++i) p[i * stride + j] = column[i];
   }
+  PHOTOCOAG_UNROLLED
   for (int q = 0; q < U; ++q) {
+    PHOTOCOAG_UNROLLED
     for (int i = 0; i < n; ++i) {
       double value = cross[q][i];
+      PHOTOCOAG_UNROLLED
       for (int r = 0; r < U; ++r) value += slope[r][i] * p[(n + q) * stride + n + r];
       cross[q][i] = value;
     }
   }
+  PHOTOCOAG_UNROLLED
   for (int q = 0; q < U; ++q) {
+    PHOTOCOAG_UNROLLED
     for (int i = 0; i < n; ++i) p[(n + q) * stride + i] = p[i * stride + n + q] = cross[q][i];
     p[(n + q) * stride + n + q] += drift[q];
   }
+}
+
+/// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns. P is
+/// symmetric to the bit, and stays so. `decay`: diagonal_alone(A).
+template <int U>
+void predict_covariance(const StateMatrix& A, const StateVector& decay, const StateVector& input,
+                        const SlopeMatrix& b, double power_variance, const Parameters& drift,
+                        ExtendedMatrix& P) noexcept {
+  for_length<6, 14>(static_cast<int>(input.size()), [&](auto order) {
+    predict_covariance_of<U>(order, A, decay, input, b, power_variance, drift, P);
+  });
 }
 
 /// H = [C, C'_q x].
@@ -157,15 +186,55 @@ ExtendedVector measurement_row(const ParametricMatrices& m, const StateVector& x
 
 /// P H'.
 inline ExtendedVector product(const ExtendedMatrix& P, const ExtendedVector& h) noexcept {
-  const int size = static_cast<int>(h.size());
-  ExtendedVector out = ExtendedVector::Zero(size);
-  double sum[kMaxExtended] = {};
-  for (int j = 0; j < size; ++j) {
-    const double* column = P.data() + j * size;
-    for (int i = 0; i < size; ++i) sum[i] += column[i] * h[j];
-  }
-  std::copy_n(sum, size, out.data());
+  ExtendedVector out(h.size());
+  for_length<7, 8, 15>(static_cast<int>(h.size()), [&](auto length) {
+    const int size = length;
+    double sum[kMaxExtended];
+    PHOTOCOAG_UNROLLED
+    for (int i = 0; i < size; ++i) sum[i] = 0.0;
+    PHOTOCOAG_UNROLLED
+    for (int j = 0; j < size; ++j) {
+      const double* column = P.data() + j * size;
+      PHOTOCOAG_UNROLLED
+      for (int i = 0; i < size; ++i) sum[i] += column[i] * h.data()[j];
+    }
+    PHOTOCOAG_UNROLLED
+    for (int i = 0; i < size; ++i) out.data()[i] = sum[i];
+  });
   return out;
+}
+
+/// update_covariance() for one size of (x, p).
+template <typename Size>
+void update_covariance_of(Size length, const ExtendedVector& h, const ExtendedVector& ph,
+                          const ExtendedVector& gain, double noise, ExtendedMatrix& P) noexcept {
+  const int size = length;
+  double* p = P.data();
+  const double* k = gain.data();
+  double left_h[kMaxExtended];  // T H'
+  double noise_gain[kMaxExtended];
+  PHOTOCOAG_UNROLLED
+  for (int i = 0; i < size; ++i) left_h[i] = 0.0;
+  PHOTOCOAG_UNROLLED
+  for (int j = 0; j < size; ++j) {
+    const double* column = p + j * size;
+    PHOTOCOAG_UNROLLED
+    for (int i = 0; i < size; ++i) left_h[i] += (column[i] - k[i] * ph.data()[j]) * h.data()[j];
+  }
+  PHOTOCOAG_UNROLLED
+  for (int i = 0; i < size; ++i) noise_gain[i] = noise * k[i];
+  PHOTOCOAG_UNROLLED
+  for (int j = 0; j < size; ++j) {
+    double* column = p + j * size;
+    PHOTOCOAG_UNROLLED
+    for (int i = 0; i <= j; ++i) {
+      const double upper = column[i] - k[i] * ph.data()[j] - left_h[i] * k[j];
+      const double lower = column[i] - k[j] * ph.data()[i] - left_h[j] * k[i];
+      column[i] = 0.5 * (upper + lower) + noise_gain[i] * k[j];
+    }
+    PHOTOCOAG_UNROLLED
+    for (int i = 0; i < j; ++i) p[i * size + j] = column[i];
+  }
 }
 
 /// P <- (I - K H) P (I - K H)' + K noise K' as two rank-one steps: T = (I - K H) P, then
@@ -173,25 +242,8 @@ inline ExtendedVector product(const ExtendedMatrix& P, const ExtendedVector& h) 
 inline void update_covariance(const ExtendedVector& h, const ExtendedVector& ph,
                               const ExtendedVector& gain, double noise,
                               ExtendedMatrix& P) noexcept {
-  const int size = static_cast<int>(h.size());
-  double* p = P.data();
-  const double* k = gain.data();
-  double left_h[kMaxExtended] = {};  // T H'
-  double noise_gain[kMaxExtended];
-  for (int j = 0; j < size; ++j) {
-    const double* column = p + j * size;
-    for (int i = 0; i < size; ++i) left_h[i] += (column[i] - k[i] * ph[j]) * h[j];
-  }
-  for (int i = 0; i < size; ++i) noise_gain[i] = noise * k[i];
-  for (int j = 0; j < size; ++j) {
-    double* column = p + j * size;
-    for (int i = 0; i <= j; ++i) {
-      const double upper = column[i] - k[i] * ph[j] - left_h[i] * k[j];
-      const double lower = column[i] - k[j] * ph[i] - left_h[j] * k[i];
-      column[i] = 0.5 * (upper + lower) + noise_gain[i] * k[j];
-    }
-    for (int i = 0; i < j; ++i) p[i * size + j] = column[i];
-  }
+  for_length<7, 8, 15>(static_cast<int>(h.size()),
+                       [&](auto length) { update_covariance_of(length, h, ph, gain, noise, P); });
 }
 
 /// Standard deviation of C_peak x, K.
