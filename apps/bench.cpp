@@ -1,10 +1,11 @@
-// `photocoag bench cycle`: what one control cycle and one step of the simulated eye cost here.
+// `photocoag bench cycle`: what one control cycle costs here, with the supervisor and without, and
+// one step of the simulated eye.
 #include "bench.hpp"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
+#include <atomic>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -17,62 +18,171 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/loop/paced_eye.hpp"
+#include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/supervision.hpp"
 
 namespace photocoag {
 namespace {
 
 constexpr int kTreatments = 10;
 constexpr int kRepetitions = 4;  // of each, to the bit
-constexpr int kCycles = 250;
+constexpr std::size_t kCycles = 250;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// One closed loop with the durations of its steps.
-struct Contender {
+// What the device delivered in a treatment: replayed, a treatment takes the same decisions.
+struct Delivered {
+  DeviceSample sample;
+  Readback readback;
+};
+using Recording = std::vector<Delivered>;
+
+// What a configuration's treatments need.
+struct Subject {
   std::string name;
-  ReducedModel model;
   Config config;
-  std::vector<double> us;        // every controller step
-  std::vector<double> first_us;  // of each treatment
-  std::vector<double> least_us;  // every step of every treatment, the shortest of its repetitions
+  ReducedModel model;
+  SafetyLimits limits;
+  ObserverModel observer;
+  std::vector<Recording> treatments;
+
+  Controller controller() const { return Controller(model, config.control, config.estimator); }
+  Supervisor supervisor() const {
+    return begun_supervisor(limits, observer, passed_self_test(config.plant.noise));
+  }
 };
 
-void treat_once(Contender& contender, int treatment, std::vector<double>* eye_us,
-                const std::shared_ptr<const FullOrderModel>& full) {
-  const Config& config = contender.config;
-  Controller controller(contender.model, config.control, config.estimator);
+// The order of a cycle is run_loop()'s. `Supervised` is a Supervisor or Unsupervised.
+template <typename Supervised>
+class Replay {
+ public:
+  Replay(const Subject& subject, Supervised supervisor)
+      : controller_(subject.controller()), supervisor_(std::move(supervisor)) {
+    authorize(controller_.estimate());
+  }
+  void step(const Delivered& delivered) noexcept {
+    const DeviceSample& sample = delivered.sample;
+    const SampleVerdict verdict =
+        supervisor_.check(sample, delivered.readback, DeviceStatus::kGood);
+    authorize(controller_.observe(
+        {.volume_temperature =
+             verdict.usable ? sample.volume_temperature : std::numeric_limits<double>::quiet_NaN(),
+         .applied_power = verdict.power}));
+  }
+  double power() const noexcept { return allowed_.power; }
+
+ private:
+  void authorize(const Estimate& estimate) noexcept {
+    const Decision decision = controller_.decide();
+    allowed_ = supervisor_.authorize(report_of(estimate, decision, innovation_of(controller_)));
+  }
+
+  Controller controller_;
+  Supervised supervisor_;
+  Authorization allowed_;
+};
+
+// The controller alone: sample in, power out.
+class Alone {
+ public:
+  explicit Alone(const Subject& subject) : controller_(subject.controller()) {
+    power_ = controller_.decide().power;
+  }
+  void step(const Delivered& delivered) noexcept {
+    power_ = controller_
+                 .step({.volume_temperature = delivered.sample.volume_temperature,
+                        .applied_power = delivered.readback.power})
+                 .power;
+  }
+  double power() const noexcept { return power_; }
+
+ private:
+  Controller controller_;
+  double power_ = 0.0;
+};
+
+// Durations of the steps of one way to do a subject's treatments, CPU time of this thread.
+struct Durations {
+  std::vector<double> us;        // every step, a reading of the clock each
+  std::vector<double> first_us;  // of each treatment
+  std::vector<double> least_us;  // every step, the least of its repetitions
+  std::vector<double> mean_us;   // of each treatment, two readings for all of it; the least
+
+  template <typename Make>
+  void measure(const Recording& recording, std::size_t treatment, Make make) {
+    auto whole = make();
+    double begin = thread_us();
+    for (const Delivered& delivered : recording) whole.step(delivered);
+    const double mean = spent_us(begin) / static_cast<double>(recording.size());
+    auto single = make();
+    mean_us.resize(kTreatments, kInfinity);
+    least_us.resize(kTreatments * kCycles, kInfinity);
+    mean_us[treatment] = std::min(mean_us[treatment], mean);
+    for (std::size_t cycle = 0; cycle < recording.size(); ++cycle) {
+      begin = thread_us();
+      single.step(recording[cycle]);
+      const double spent = spent_us(begin);
+      us.push_back(spent);
+      double& least = least_us[treatment * kCycles + cycle];
+      least = std::min(least, spent);
+      if (cycle == 0) first_us.push_back(spent);
+    }
+    if (whole.power() != single.power()) throw Error("a treatment's replay is not the treatment");
+  }
+};
+
+// A treatment on the full-order eye under the supervisor; `eye_us`: what its steps took.
+Recording record(const Subject& subject, std::size_t treatment,
+                 const std::shared_ptr<const FullOrderModel>& full, std::vector<double>& eye_us) {
+  const Config& config = subject.config;
   SimulatedEye eye(FullOrderPlant(full, config.plant.discretization, config.control.period,
                                   config.plant.absorption()),
-                   config.plant.noise, static_cast<std::uint64_t>(treatment + 1));
-  Decision decision = controller.decide();
-  for (int cycle = 0; cycle < kCycles; ++cycle) {
-    eye.write(decision.power);
-    auto begin = Clock::now();
-    const Reading reading = eye.advance(static_cast<std::uint64_t>(cycle));
-    eye_us->push_back(elapsed_us(begin));
-    begin = Clock::now();
-    decision = controller.step(reading.sample);
-    const double us = elapsed_us(begin);
-    contender.us.push_back(us);
-    double& least = contender.least_us[static_cast<std::size_t>(treatment * kCycles + cycle)];
-    least = std::min(least, us);
-    if (cycle == 0) contender.first_us.push_back(us);
+                   config.plant.noise, treatment + 1);
+  const std::atomic<bool> never{false};
+  VirtualPace pace(never);
+  PacedEye device(eye, pace, config.control.period);
+  Replay<Supervisor> replay(subject, subject.supervisor());
+  Recording recording;
+  for (std::size_t cycle = 0; cycle < kCycles; ++cycle) {
+    device.write_power(replay.power(), cycle + 1);
+    const double begin = thread_us();
+    const DeviceSample sample = device.wait_sample(cycle);
+    eye_us.push_back(spent_us(begin));
+    recording.push_back({sample, device.readback()});
+    replay.step(recording.back());
   }
+  return recording;
 }
 
-Json row(std::string_view name, const std::vector<double>& us, double worst, double first) {
-  fmt::print(stderr, "{:<40} {:8.2f} {:8.2f} {:>8} {:8.2f} {:8.2f}\n", name, percentile(us, 0.5),
-             percentile(us, 0.99), std::isnan(worst) ? "-" : fmt::format("{:.2f}", worst),
-             percentile(us, 1.0), first);
+Json row(std::string_view name, const Durations& d) {
+  const double mean = percentile(d.mean_us, 0.5);
+  const double worst = percentile(d.least_us, 1.0);
+  const double first = percentile(d.first_us, 0.5);
+  fmt::print(stderr, "{:<40} {:8.3f} {:8.2f} {:8.2f} {:8.2f} {:8.2f} {:8.2f}\n", name, mean,
+             percentile(d.us, 0.5), percentile(d.us, 0.99), worst, percentile(d.us, 1.0), first);
   return {{"name", name},
-          {"median_us", percentile(us, 0.5)},
-          {"p99_us", percentile(us, 0.99)},
+          {"mean_us", mean},
+          {"median_us", percentile(d.us, 0.5)},
+          {"p99_us", percentile(d.us, 0.99)},
           {"worst_step_us", worst},
-          {"max_us", percentile(us, 1.0)},
+          {"max_us", percentile(d.us, 1.0)},
           {"first_us_median", first}};
 }
 
 }  // namespace
+
+double thread_clock_us() {
+  static const double cost = [] {
+    std::vector<double> us;
+    for (int i = 0; i < 10000; ++i) {
+      const double begin = thread_us();
+      us.push_back(thread_us() - begin);
+    }
+    return percentile(us, 0.5);
+  }();
+  return cost;
+}
 
 void write_json(const BenchOptions& options, const Json& json) {
   if (options.json == "-") {
@@ -83,51 +193,78 @@ void write_json(const BenchOptions& options, const Json& json) {
 }
 
 int bench_cycle(const BenchOptions& options) {
-  std::vector<Contender> contenders;
+  std::vector<Subject> subjects;
   std::shared_ptr<const FullOrderModel> full;
   const auto add = [&](std::string name, Config config) {
-    Contender contender;
-    contender.name = std::move(name);
-    contender.config = std::move(config);
-    contender.least_us.assign(std::size_t{kTreatments} * kCycles,
-                              std::numeric_limits<double>::infinity());
-    ModelStore models(contender.config, true);
-    contender.model = models.reduced();
+    ModelStore models(config, true);
     if (!full) full = models.plant_full();
-    contenders.push_back(std::move(contender));
+    subjects.push_back({.name = std::move(name),
+                        .config = config,
+                        .model = models.reduced(),
+                        .limits = safety_limits(config),
+                        .observer = observer_model(config),
+                        .treatments = {}});
   };
   for (const int horizon : {2, 5, 10, 20, 50}) {
-    add(fmt::format("estimate, solve, gate: N = {}", horizon),
+    add(fmt::format("N = {}", horizon),
         load_config("", {fmt::format("control.horizon={}", horizon)}));
   }
   if (!options.config.empty() || !options.set.empty()) {
     add(fmt::format("with {}", options.config.empty() ? "--set" : options.config),
         load_config(options.config, options.set));
   }
-  std::vector<double> eye_us;
-  for (int i = 0; i < kTreatments * kRepetitions; ++i) {
-    // Interleaved, so that a noisy moment of the machine hits all alike.
-    for (Contender& contender : contenders) {
-      treat_once(contender, i % kTreatments, &eye_us, full);
+  Durations eye;
+  for (Subject& subject : subjects) {
+    for (std::size_t i = 0; i < kTreatments; ++i) {
+      subject.treatments.push_back(record(subject, i, full, eye.us));
     }
   }
-  fmt::print(stderr, "photocoag {}: {} treatments of {} cycles, {} times each, interleaved\n",
-             version(), kTreatments, kCycles, kRepetitions);
-  fmt::print(stderr, "{:<40} {:>8} {:>8} {:>8} {:>8} {:>8}   us\n", "", "median", "99 %", "worst*",
-             "max", "first");
-  Json rows = Json::array();
-  for (const Contender& contender : contenders) {
-    rows.push_back(row(contender.name, contender.us, percentile(contender.least_us, 1.0),
-                       percentile(contender.first_us, 0.5)));
+  std::vector<Durations> alone(subjects.size());
+  std::vector<Durations> unsupervised(subjects.size());
+  std::vector<Durations> supervised(subjects.size());
+  for (int repetition = 0; repetition < kRepetitions; ++repetition) {
+    for (std::size_t i = 0; i < kTreatments; ++i) {
+      // Interleaved, so that a noisy moment of the machine hits all alike.
+      for (std::size_t s = 0; s < subjects.size(); ++s) {
+        const Subject& subject = subjects[s];
+        const Recording& recording = subject.treatments[i];
+        alone[s].measure(recording, i, [&] { return Alone(subject); });
+        unsupervised[s].measure(recording, i, [&] { return Replay(subject, Unsupervised()); });
+        supervised[s].measure(recording, i, [&] { return Replay(subject, subject.supervisor()); });
+      }
+    }
   }
-  rows.push_back(row(fmt::format("eye, full order ({} states)", full->states()), eye_us,
-                     std::numeric_limits<double>::quiet_NaN(), eye_us.front()));
+  fmt::print(
+      stderr,
+      "photocoag {}: {} treatments of {} cycles, {} times each, interleaved; CPU time of the "
+      "thread, us, {:.3f} us of clock reading taken off\n",
+      version(), kTreatments, kCycles, kRepetitions, thread_clock_us());
+  fmt::print(stderr, "{:<40} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}   us\n", "", "mean*", "median",
+             "99 %", "worst**", "max", "first");
+  Json rows = Json::array();
+  for (std::size_t s = 0; s < subjects.size(); ++s) {
+    const std::string& name = subjects[s].name;
+    rows.push_back(row(fmt::format("estimate, solve, gate: {}", name), alone[s]));
+    rows.push_back(row(fmt::format("  and what is recorded: {}", name), unsupervised[s]));
+    rows.push_back(row(fmt::format("  with the supervisor: {}", name), supervised[s]));
+  }
+  eye.mean_us = eye.least_us = eye.us;
+  eye.first_us = {eye.us.front()};
+  rows.push_back(row(fmt::format("eye, full order ({} states)", full->states()), eye));
+  const double whole = percentile(supervised[1].mean_us, 0.5);
+  const double rest = percentile(unsupervised[1].mean_us, 0.5);
   fmt::print(stderr,
-             "* the slowest step, each taken as the shortest of its repetitions: the "
-             "algorithm's, not the machine's\n");
-  const Json json = {
-      {"bench", options.name}, {"version", version()}, {"unit", "us"}, {"rows", rows}};
-  write_json(options, json);
+             "*  of a treatment, timed as a whole, the shortest of its repetitions: their median\n"
+             "** the slowest step, each taken as the shortest of its repetitions: the algorithm's, "
+             "not the machine's\n"
+             "supervisor, N = 5: {:.3f} us, {:.0f} % of a supervised cycle\n",
+             whole - rest, 100.0 * (whole - rest) / whole);
+  write_json(options, {{"bench", options.name},
+                       {"version", version()},
+                       {"unit", "us"},
+                       {"clock_us", thread_clock_us()},
+                       {"supervisor_us", whole - rest},
+                       {"rows", rows}});
   return 0;
 }
 

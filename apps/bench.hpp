@@ -1,8 +1,9 @@
 // Role: the program; what the benchmarks share: clock, percentiles, JSON. Times in microseconds.
 #pragma once
 
+#include <time.h>
+
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -21,10 +22,20 @@ struct BenchOptions {
 };
 
 using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
-inline double elapsed_us(Clock::time_point begin) {
-  return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+/// CPU time of this thread, us: what others do on the machine is not in it.
+inline double thread_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+/// What reading that clock adds to a time, us: measured once.
+double thread_clock_us();
+
+/// CPU time since `begin`, without the reading of the clock.
+inline double spent_us(double begin) {
+  return std::max(0.0, thread_us() - begin - thread_clock_us());
 }
 
 /// The value below which `fraction` of the values lie (nearest rank).

@@ -38,13 +38,13 @@ FirstCycle measure() {
   controller->decide();
   controller->step({.volume_temperature = kSample, .applied_power = config.control.power_max});
   controller.emplace(model, config.control, config.estimator);
-  elapsed_us(Clock::now());
-  auto begin = Clock::now();
+  thread_clock_us();
+  double begin = thread_us();
   const Decision first = controller->decide();
-  const double decide = elapsed_us(begin);
-  begin = Clock::now();
+  const double decide = spent_us(begin);
+  begin = thread_us();
   controller->step({.volume_temperature = kSample, .applied_power = first.power});
-  return {decide, elapsed_us(begin)};
+  return {decide, spent_us(begin)};
 }
 
 FirstCycle measure_in_a_process() {

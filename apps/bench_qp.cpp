@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "bench.hpp"
+#include "bench_qp_problems.hpp"
 #include "photocoag/benchmark/problem_set.hpp"
 #include "photocoag/benchmark/qp_reference.hpp"
 #include "photocoag/benchmark/recording.hpp"
@@ -25,8 +26,6 @@ namespace photocoag {
 namespace {
 
 constexpr int kHorizons[] = {2, 5, 10, 15, 20};
-constexpr double kAlphas[] = {0.35, 0.7363, 1.1, 1.5};
-constexpr int kCycles = 250;
 constexpr int kErrorCycles = 40;
 using Exact = ModelPredictiveController<DenseSolver>;
 
@@ -42,13 +41,6 @@ constexpr const char* kAlwaysDense = "dense in every cycle";
 // The paper, Table 1: OSQP on another machine, us.
 constexpr double kPaperAverage[] = {60, 160, 290, 370, 410};
 constexpr double kPaperMaximum[] = {120, 340, 590, 650, 670};
-
-struct Problems {
-  Config config;
-  ReducedModel model;
-  std::vector<RecordedLoop> loops;
-  std::vector<std::vector<double>> exact_power;  // W, by loop and cycle; NaN: no reference
-};
 
 // One column of numbers: times of all steps, by step over the repetitions, and the u0 error.
 struct Record {
@@ -75,34 +67,6 @@ struct Contender {
   // Its powers on a closed loop of the problem set; empty: it is none of its own.
   std::function<PowerErrors(const ReducedModel&, ControlSettings)> errors = {};
 };
-
-Problems record(int horizon, std::shared_ptr<const FullOrderModel>& full) {
-  Problems out{.config = load_config("", {fmt::format("control.horizon={}", horizon)}),
-               .model = {},
-               .loops = {},
-               .exact_power = {}};
-  ModelStore models(out.config, true);
-  out.model = models.reduced();
-  if (!full) full = models.plant_full();
-  for (const double alpha : kAlphas) {
-    SimulatedEye eye(
-        FullOrderPlant(full, out.config.plant.discretization, out.config.control.period, alpha),
-        out.config.plant.noise, out.loops.size() + 1);
-    out.loops.push_back(
-        record_loop(out.model, out.config.control, out.config.estimator, eye, alpha, kCycles));
-    Exact exact(out.model, out.config.control);
-    std::vector<double> powers;
-    for (long long n = 0; n < kCycles; ++n) {
-      const RecordedCycle& c = out.loops.back().cycles[static_cast<std::size_t>(n)];
-      exact.solve(c.state, c.input, n, c.previous_power);
-      const auto truth = reference_minimizer(exact.problem(), exact.solution());
-      powers.push_back(truth ? static_cast<double>(truth->power[0]) * out.config.control.power_max
-                             : std::numeric_limits<double>::quiet_NaN());
-    }
-    out.exact_power.push_back(std::move(powers));
-  }
-  return out;
-}
 
 template <PredictiveController M, typename... How>
 Contender controller(std::string name, double tolerance, How... how) {
@@ -161,9 +125,9 @@ void replay(const Contender& contender, const Problems& problems, int repetition
     const RecordedLoop& loop = problems.loops[l];
     const auto step = contender.start(problems);
     for (std::size_t n = 0; n < loop.cycles.size(); ++n) {
-      const auto begin = Clock::now();
+      const double begin = thread_us();
       const double power = step(loop.cycles[n], static_cast<long long>(n));
-      const double us = elapsed_us(begin);
+      const double us = spent_us(begin);
       out.us.push_back(us);
       if (n == 0) out.first_us.push_back(us);
       const std::size_t index = l * loop.cycles.size() + n;
@@ -177,13 +141,6 @@ void replay(const Contender& contender, const Problems& problems, int repetition
       if (!std::isnan(error)) out.power_error = std::fmax(out.power_error, error);
     }
   }
-}
-
-// What reading the clock twice costs: in every time of the table.
-double clock_cost() {
-  std::vector<double> us;
-  for (int i = 0; i < 10000; ++i) us.push_back(elapsed_us(Clock::now()));
-  return percentile(us, 0.5);
 }
 
 void print_rows(int horizon, const std::vector<Record>& records) {
@@ -206,38 +163,6 @@ Json to_json(int horizon, const Record& r) {
           {"worst_step_us", r.worst_step()},
           {"power_error_W", r.power_error},
           {"not_solved", r.failures}};
-}
-
-template <typename Matrix>
-Json numbers(const Matrix& matrix) {
-  Json out = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) out.push_back(matrix(i, j));
-  }
-  return out;
-}
-
-// min 1/2 u' H u + g' u, lower <= u <= upper, G u <= limit; matrices by rows; u in units of u_max.
-Json export_problems(int horizon, const Problems& problems) {
-  Json out = Json::array();
-  for (std::size_t l = 0; l < problems.loops.size(); ++l) {
-    Exact exact(problems.model, problems.config.control);
-    for (std::size_t n = 0; n < problems.loops[l].cycles.size(); ++n) {
-      const RecordedCycle& c = problems.loops[l].cycles[n];
-      exact.solve(c.state, c.input, static_cast<long long>(n), c.previous_power);
-      const QpProblem& qp = exact.problem();
-      out.push_back({{"horizon", horizon},
-                     {"loop", l},
-                     {"H", numbers(qp.hessian)},
-                     {"g", numbers(qp.gradient)},
-                     {"lower", numbers(qp.lower)},
-                     {"upper", numbers(qp.upper)},
-                     {"G", numbers(qp.rows)},
-                     {"limit", numbers(qp.limit)},
-                     {"u0", problems.exact_power[l][n] / problems.config.control.power_max}});
-    }
-  }
-  return out;
 }
 
 // Every solver on the problem set: five choices of weights, both rates, cold starts, wrong
@@ -327,6 +252,18 @@ std::string figure(const std::vector<std::vector<Record>>& table) {
   return figure_svg(drawing, SvgKind::kStandAlone);
 }
 
+// The other choices of weights, and N = 50 with the first two.
+void export_others(std::shared_ptr<const FullOrderModel>& full, Json& out) {
+  const std::vector<WeightChoice> choices = weight_choices();
+  for (std::size_t c = 0; c < choices.size(); ++c) {
+    for (const int horizon : {2, 5, 10, 15, 20, 50}) {
+      const bool there_already = c == 0 && horizon <= 20;
+      if (there_already || (c > 1 && horizon > 20)) continue;
+      export_problems(record_problems(horizon, choices[c], full), true, out);
+    }
+  }
+}
+
 }  // namespace
 
 int bench_qp(const BenchOptions& options) {
@@ -335,16 +272,16 @@ int bench_qp(const BenchOptions& options) {
   std::vector<std::vector<Record>> table;
   Json rows = Json::array();
   Json exported = Json::array();
-  const double clock = clock_cost();
+  const double clock = thread_clock_us();
   fmt::print(stderr,
              "photocoag {}: QPs of {} closed loops of {} cycles at 1 kHz, each {} times, solvers "
-             "interleaved; us, each with {:.3f} us of clock reading\n",
-             version(), std::size(kAlphas), kCycles, options.repetitions, clock);
+             "interleaved; CPU time of the thread, us, {:.3f} us of clock reading taken off\n",
+             version(), std::size(kBenchAlphas), kBenchCycles, options.repetitions, clock);
   fmt::print(stderr, "{:>3}  {:<31} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}  {:>8}\n", "N", "solver",
              "average", "maximum", "median", "99 %", "first", "worst", "u0 err W");
   for (std::size_t k = 0; k < std::size(kHorizons); ++k) {
     const int horizon = kHorizons[k];
-    const Problems problems = record(horizon, full);
+    const Problems problems = record_problems(horizon, weight_choices().front(), full);
     std::vector<Record> records(list.size());
     for (int repetition = 0; repetition < options.repetitions; ++repetition) {
       for (std::size_t s = 0; s < list.size(); ++s) {
@@ -357,8 +294,7 @@ int bench_qp(const BenchOptions& options) {
     print_rows(horizon, records);
     for (const Record& r : records) rows.push_back(to_json(horizon, r));
     if (!options.problems.empty()) {
-      for (Json& problem : export_problems(horizon, problems))
-        exported.push_back(std::move(problem));
+      export_problems(problems, false, exported);
     }
     table.push_back(std::move(records));
   }
@@ -381,7 +317,10 @@ int bench_qp(const BenchOptions& options) {
                        {"clock_us", clock},
                        {"rows", rows},
                        {"power_errors", compare_powers(list)}});
-  if (!options.problems.empty()) write_file(options.problems, exported.dump() + "\n");
+  if (!options.problems.empty()) {
+    export_others(full, exported);
+    write_file(options.problems, exported.dump() + "\n");
+  }
   if (!options.svg.empty()) write_file(options.svg, figure(table));
   return 0;
 }

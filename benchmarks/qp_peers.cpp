@@ -23,10 +23,14 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/qp/dense.hpp"
+#include "qp_peer.hpp"
 #include "samples.hpp"
 #ifdef PHOTOCOAG_HAVE_DAQP
 #include <api.h>
 #include <utils.h>
+#endif
+#ifdef PHOTOCOAG_HAVE_EIQUADPROG
+#include "eiquadprog_peer.hpp"
 #endif
 #ifdef PHOTOCOAG_HAVE_QPOASES
 #include <qpOASES.hpp>
@@ -38,32 +42,10 @@ namespace {
 constexpr int kRepetitions = 10;
 constexpr std::size_t kWindow = 4;  // problems that fit the caches together
 constexpr int kRounds = 5;          // in one reading of the clock
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-
-// In the layouts of all: bounds before rows, matrices by rows.
-struct Problem {
-  QpProblem qp;
-  std::vector<double> H;
-  std::vector<double> g;
-  std::vector<double> G;
-  std::vector<double> lower;  // of inputs and rows
-  std::vector<double> upper;
-  int horizon = 0;
-  double u0 = kNothing;  // exact, if known
-};
-
-// Answers a problem with u; empty: no answer.
-class Peer {
- public:
-  virtual ~Peer() = default;
-  virtual std::string name() const = 0;
-  virtual std::span<const double> solve(Problem& problem) = 0;
-};
-
 class Dense : public Peer {
  public:
   std::string name() const override { return "dense, its check included"; }
-  std::span<const double> solve(Problem& problem) override {
+  std::span<const double> solve(Problem& problem, std::size_t) override {
     if (solver_.solve(problem.qp, solution_) != QpStatus::kSolved) return {};
     return {solution_.power.data(), static_cast<std::size_t>(solution_.power.size())};
   }
@@ -93,7 +75,7 @@ class Daqp : public Peer {
   Daqp& operator=(const Daqp&) = delete;
 
   std::string name() const override { return "DAQP, C, workspace kept"; }
-  std::span<const double> solve(Problem& problem) override {
+  std::span<const double> solve(Problem& problem, std::size_t) override {
     bind(problem);
     constexpr int kAll =
         DAQP_UPDATE_Rinv + DAQP_UPDATE_M + DAQP_UPDATE_v + DAQP_UPDATE_d + DAQP_UPDATE_sense;
@@ -143,7 +125,7 @@ class QpOases : public Peer {
   std::string name() const override {
     return hot_ ? "qpOASES, C++, hot start" : "qpOASES, C++, cold";
   }
-  std::span<const double> solve(Problem& p) override {
+  std::span<const double> solve(Problem& p, std::size_t) override {
     const std::size_t n = u_.size();
     qpOASES::int_t changes = 1000;
     const bool again = hot_ && started_;
@@ -173,6 +155,9 @@ std::vector<std::unique_ptr<Peer>> peers(Problem& first) {
 #ifdef PHOTOCOAG_HAVE_DAQP
   all.push_back(std::make_unique<Daqp>(first));
 #endif
+#ifdef PHOTOCOAG_HAVE_EIQUADPROG
+  if (auto peer = make_eiquadprog(first)) all.push_back(std::move(peer));
+#endif
 #ifdef PHOTOCOAG_HAVE_QPOASES
   all.push_back(std::make_unique<QpOases>(first, false));
   all.push_back(std::make_unique<QpOases>(first, true));
@@ -183,6 +168,7 @@ std::vector<std::unique_ptr<Peer>> peers(Problem& first) {
 Problem read_problem(const Json& raw) {
   Problem p;
   p.horizon = raw.at("horizon").get<int>();
+  p.weights = raw.value("weights", "");
   p.H = raw.at("H").get<std::vector<double>>();
   p.g = raw.at("g").get<std::vector<double>>();
   p.G = raw.at("G").get<std::vector<double>>();
@@ -206,12 +192,15 @@ Problem read_problem(const Json& raw) {
   return p;
 }
 
-// One horizon after the other; a change of size is a new set of peers.
+// One horizon and choice of weights after the other; each has a new set of peers.
 Json compare(std::vector<Problem>& problems) {
   Json rows = Json::array();
   for (std::size_t begin = 0; begin < problems.size();) {
     std::size_t end = begin;
-    while (end < problems.size() && problems[end].horizon == problems[begin].horizon) ++end;
+    while (end < problems.size() && problems[end].horizon == problems[begin].horizon &&
+           problems[end].weights == problems[begin].weights) {
+      ++end;
+    }
     const std::span<Problem> mine(problems.data() + begin, end - begin);
     const auto all = peers(mine.front());
     std::vector<Samples> windows(all.size());
@@ -220,8 +209,9 @@ Json compare(std::vector<Problem>& problems) {
       std::vector<double> least(all.size(), std::numeric_limits<double>::infinity());
       for (int repetition = 0; repetition < kRepetitions; ++repetition) {
         for (std::size_t s = 0; s < all.size(); ++s) {
+          for (std::size_t k = 0; k < kWindow; ++k) all[s]->prepare(window[k], k);
           const auto round = [&] {
-            for (Problem& problem : window) all[s]->solve(problem);
+            for (std::size_t k = 0; k < kWindow; ++k) all[s]->solve(window[k], k);
           };
           round();
           Samples once;
@@ -237,7 +227,8 @@ Json compare(std::vector<Problem>& problems) {
       double error = 0.0;
       int unanswered = 0;
       for (Problem& problem : mine) {
-        const std::span<const double> u = all[s]->solve(problem);
+        all[s]->prepare(problem, 0);
+        const std::span<const double> u = all[s]->solve(problem, 0);
         if (u.empty()) {
           ++unanswered;
         } else if (!std::isnan(problem.u0)) {
@@ -247,13 +238,16 @@ Json compare(std::vector<Problem>& problems) {
       constexpr double kSolves = kWindow * kRounds;
       const double median = windows[s].median() / kSolves;
       const double p99 = windows[s].p99() / kSolves;
-      fmt::print(stderr, "{:>3}  {:<28} {:8.3f} {:8.3f}  {:8.1e}{}\n", mine.front().horizon,
-                 all[s]->name(), median, p99, error,
-                 unanswered > 0 ? fmt::format("  {} not solved", unanswered) : "");
+      const double most = windows[s].max() / kSolves;
+      fmt::print(stderr, "{:>3}  {:<12} {:<28} {:8.3f} {:8.3f} {:8.3f}  {:8.1e}{}\n",
+                 mine.front().horizon, mine.front().weights, all[s]->name(), median, p99, most,
+                 error, unanswered > 0 ? fmt::format("  {} not solved", unanswered) : "");
       rows.push_back({{"horizon", mine.front().horizon},
+                      {"weights", mine.front().weights},
                       {"name", all[s]->name()},
                       {"median_us", median},
                       {"p99_us", p99},
+                      {"slowest_us", most},
                       {"power_error_of_u_max", error},
                       {"not_solved", unanswered}});
     }
@@ -268,7 +262,8 @@ Json answers(std::vector<Problem>& problems) {
   for (Problem& problem : problems) {
     Json row = Json::object();
     for (const auto& peer : peers(problem)) {
-      const std::span<const double> u = peer->solve(problem);
+      peer->prepare(problem, 0);
+      const std::span<const double> u = peer->solve(problem, 0);
       row[peer->name()] = u.empty() ? Json() : Json(std::vector<double>(u.begin(), u.end()));
     }
     out.push_back(std::move(row));
@@ -297,8 +292,8 @@ int run(std::span<char*> arguments) {
   }
   fmt::print(stderr, "photocoag {}: {} problems, {} at a time, solvers in turn, CPU time, us\n",
              version(), problems.size(), kWindow);
-  fmt::print(stderr, "{:>3}  {:<28} {:>8} {:>8}  u0 error / u_max\n", "N", "solver", "median",
-             "99 %");
+  fmt::print(stderr, "{:>3}  {:<12} {:<28} {:>8} {:>8} {:>8}  u0 error / u_max\n", "N", "weights",
+             "solver", "median", "99 %", "slowest");
   const Json rows = compare(problems);
   if (!json_file.empty()) write_file(json_file, rows.dump(2) + "\n");
   return 0;

@@ -228,12 +228,15 @@ TEST(Commands, BenchPrintsEveryRow) {
   const ProgramResult result = sandbox.run("bench cycle --set control.horizon=3 --json -");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
-  ASSERT_EQ(json["rows"].size(), 7U) << "five horizons, the one asked for, the eye";
-  for (std::size_t i = 0; i < 6; ++i) {
+  ASSERT_EQ(json["rows"].size(), 19U)
+      << "five horizons and the one asked for, each alone, recorded and supervised; the eye";
+  EXPECT_TRUE(json["supervisor_us"].is_number());
+  for (std::size_t i = 0; i < 18; ++i) {
     const Json& row = json["rows"][i];
     // The shortest repetition of a step is never longer than the slowest of all.
     EXPECT_LE(row["worst_step_us"].get<double>(), row["max_us"].get<double>()) << row;
     EXPECT_GT(row["worst_step_us"].get<double>(), 0.0) << row;
+    EXPECT_GT(row["mean_us"].get<double>(), 0.0) << row;
   }
   for (const Json& row : json["rows"]) EXPECT_GT(row["median_us"].get<double>(), 0.0);
 }
@@ -262,7 +265,8 @@ TEST(Commands, BenchQpComparesEverySolverOnTheSameProblems) {
     EXPECT_LE(row["unanswered"].get<int>(), 0) << row;
     EXPECT_LE(row["largest_W"].get<double>(), 1e-9) << row;
   }
-  EXPECT_EQ(Json::parse(read_all(sandbox.path("problems.json"))).size(), 5000U);
+  EXPECT_EQ(Json::parse(read_all(sandbox.path("problems.json"))).size(), 5000U + 22 * 188)
+      << "every cycle; then 188 each of the other weights and N = 50";
   EXPECT_NE(read_all(sandbox.path("figure.svg")).find("horizon N"), std::string::npos);
 }
 
