@@ -69,7 +69,7 @@ TEST(SolveEvery, ThePlanIsAppliedInBetween) {
   const Config config =
       config_of({"control.period_ms=0.1", "control.horizon=12", "control.solve_every=10",
                  "run.duration_ms=60", "grid.min_cells=20000"});
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   const Treatment treatment = treat(config, models);
   int solved = 0;
   for (std::size_t k = 0; k < treatment.records.size(); ++k) {

@@ -178,8 +178,8 @@ TEST(Treatment, ADifferentTissueOfTheEyeIsInTheTruthOnly) {
   const std::string coarse = "grid.min_cells=10000";
   const Config plain = shipped("paper-1khz.toml", {coarse});
   const Config small_spot = shipped("paper-1khz.toml", {coarse, "plant.tissue.spot_radius_um=90"});
-  ModelStore plain_models(plain, false);
-  ModelStore small_models(small_spot, false);
+  ModelStore plain_models(plain, true);
+  ModelStore small_models(small_spot, true);
   const Treatment expected = treat(plain, plain_models);
   const Treatment found = treat(small_spot, small_models);
   // What the controller believes, and hence its first power, is the same to the last bit.
@@ -209,7 +209,7 @@ TEST(Treatment, OtherTissues) {
   for (const Config& config :
        {shipped("in-vivo.toml", {coarse}), shipped("literature-choroid.toml", {coarse}),
         shipped("paper-vitreous.toml", {coarse}), shipped("paper-1khz.toml", layers)}) {
-    ModelStore models(config, false);
+    ModelStore models(config, true);
     const Outcome o = outcome(config, treat(config, models).records);
     // The noise of one sample is 0.288 K; the default tissue's overshoot is 0.4 K at most.
     EXPECT_LT(o.peak_max, config.control.peak_reference + 0.8);

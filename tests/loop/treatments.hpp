@@ -19,8 +19,9 @@ inline Config shipped(const std::string& name, const std::vector<std::string>& o
 }
 
 /// Models of the default tissue at full order (more than 80,000 cells), made once per program and
-/// period; for configurations that differ in nothing a model depends on. Without the cache: nothing
-/// outside the test counts.
+/// period; for configurations that differ in nothing a model depends on. Every test is a process of
+/// its own: they share a cache in the build tree (tests/CMakeLists.txt), whose models have the bits
+/// of those made anew.
 inline ModelStore& default_models(double period) {
   const auto make = [](double period_ms) {
     return ModelStore(load_config("", {"control.period_ms=" + std::to_string(period_ms)}), false);

@@ -13,7 +13,7 @@ namespace photocoag::testing {
 namespace {
 
 ModelStore& store() {
-  static ModelStore models(load_config("", {"control.period_ms=4", "grid.min_cells=4000"}), false);
+  static ModelStore models(load_config("", {"control.period_ms=4", "grid.min_cells=4000"}), true);
   return models;
 }
 

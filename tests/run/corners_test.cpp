@@ -15,7 +15,7 @@ TEST(Corners, AreAllCombinationsAndASmallSpotIsTheHottest) {
       "", {"grid.min_cells=2000", "control.period_ms=4", "control.horizon=2", "run.duration_ms=100",
            "control.robust=certified", "uncertainty.spot_radius_relative=0.1",
            "uncertainty.absorption_relative=0.1"});
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   // Not backed off: the limit is exceeded.
   const auto corners = attack_corners(config, models.reduced(), {}, 32.0, {.count = 8});
   std::map<std::string, double> highest;

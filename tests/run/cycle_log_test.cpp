@@ -15,7 +15,7 @@ namespace {
 
 Treatment logged_treatment(const std::filesystem::path& folder, const Config& config, Pacing pacing,
                            LogOptions options = {}) {
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
   return run_treatment(config, models, pacing, stop, progress, folder / "log", std::move(options));
@@ -48,7 +48,7 @@ TEST(CycleLog, ChangesNoPower) {
   const TemporaryFolder folder;
   const Config config = shipped("paper-1khz.toml", kShort);
   const Treatment with = logged_treatment(folder.path(), config, Pacing::kVirtualTime);
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   EXPECT_TRUE(same(with.records, treat(config, models).records));
 }
 

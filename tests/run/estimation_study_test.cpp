@@ -16,7 +16,7 @@ Config small_config() {
 
 EstimationCycle over(const EstimationScenario& scenario, std::size_t begin, std::size_t end,
                      const Config& config = small_config()) {
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   return estimation_statistics(config, models, scenario, kSeeds).mean(begin, end);
 }
 
@@ -89,7 +89,7 @@ TEST(EstimationStudy, MovingHorizonIsConsistentFromTheFirstSamplesOn) {
 
 TEST(EstimationStudy, IsDeterministic) {
   const Config config = small_config();
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   const auto first = estimation_statistics(config, models, {.name = "", .outliers = 0.1}, 3);
   const auto second = estimation_statistics(config, models, {.name = "", .outliers = 0.1}, 3);
   for (std::size_t k = 0; k < first.cycles.size(); ++k) {

@@ -43,7 +43,7 @@ Treatment on_filling_disk(const Config& config, ModelStore& models, const fs::pa
 
 TEST(TreatmentOnAFullDisk, HasTheSamePowersExactCountsAndAnAlarm) {
   const Config config = shipped("paper-1khz.toml", {"run.duration_ms=800", "grid.min_cells=2000"});
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   const Treatment expected = treat(config, models);
   ASSERT_EQ(expected.records.size(), 800U);
   const TemporaryFolder folder;
@@ -108,7 +108,7 @@ TEST(TreatmentOnAFullDisk, HasTheSamePowersExactCountsAndAnAlarm) {
 
 TEST(TreatmentOnAFullDisk, WithRoomAtItsEndTheRunFolderIsCompleteAndHasTheAlarm) {
   const Config config = shipped("paper-1khz.toml", {"run.duration_ms=800", "grid.min_cells=2000"});
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   const std::string expected = run_csv(treat(config, models));
   const TemporaryFolder folder;
   const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {

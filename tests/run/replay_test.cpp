@@ -27,13 +27,13 @@ Treatment record(const std::filesystem::path& folder, const std::vector<std::str
 }
 
 Treatment record(const std::filesystem::path& folder, const std::vector<std::string>& overrides) {
-  ModelStore models(shipped("paper-1khz.toml", overrides), false);
+  ModelStore models(shipped("paper-1khz.toml", overrides), true);
   return record(folder, overrides, models);
 }
 
 TEST(Replay, PowersAreTheSameToTheLastBit) {
   const TemporaryFolder folder;
-  ModelStore models(shipped("paper-1khz.toml", kSmall), false);  // no model depends on the extras
+  ModelStore models(shipped("paper-1khz.toml", kSmall), true);  // no model depends on the extras
   for (const std::string extra :
        {"safety.supervisor=on", "safety.supervisor=off", "safety.real_time=enforce",
         "safety.exposure_max_ms=30", "plant.noise_K=1"}) {
@@ -98,7 +98,7 @@ TEST(Replay, ARunThatWasBackedOffIsReplayedBackedOff) {
   std::vector<std::string> overrides = kSmall;
   overrides.emplace_back("uncertainty.spot_radius_relative=0.1");
   const Config asked = shipped("paper-1khz.toml", overrides);
-  ModelStore models(asked, false);
+  ModelStore models(asked, true);
   const TissueMargin margin = tissue_margin(asked, models.reduced());
   ASSERT_TRUE(margin.needed());
   const Treatment treatment = treat(backed_off(asked, margin), models);

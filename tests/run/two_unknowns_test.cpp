@@ -22,7 +22,7 @@ Config two_unknowns(std::vector<std::string> more = {}) {
 }
 
 ModelStore& store() {
-  static ModelStore models(two_unknowns(), false);
+  static ModelStore models(two_unknowns(), true);
   return models;
 }
 
@@ -77,7 +77,7 @@ TEST(TwoUnknownsLoop, RunFolderAndFiguresHaveBoth) {
 TEST(TwoUnknownsLoop, RobustControlKeepsTheLimit) {
   const std::vector<std::string> plain{"control.period_ms=4", "run.duration_ms=100",
                                        "safety.supervisor=off"};
-  ModelStore models(two_unknowns(plain), false);
+  ModelStore models(two_unknowns(plain), true);
   int nominal_over = 0;
   for (const std::string alpha : {"0.4", "1.5"}) {
     for (const std::string beta : {"0.5", "2.0"}) {
@@ -123,7 +123,7 @@ TEST(UnknownsStudy, AnUnknownChoroidMattersAndTwoUnknownsMendIt) {
 TEST(UnknownsStudy, NeedsAModelWithBoth) {
   Config config;
   config.grid.min_cells = 2000;
-  ModelStore models(config, false);
+  ModelStore models(config, true);
   EXPECT_THROW(unknowns_study(config, models, unknowns_cases(config).front(), 1), Error);
 }
 
