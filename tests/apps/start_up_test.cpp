@@ -100,6 +100,21 @@ TEST(StartUp, HelpAndVersionAreTheSameInBoth) {
   }
 }
 
+// The second run finds the model and the eye's modes in the cache.
+TEST(StartUp, WhatIsFoundInTheCacheChangesNoByte) {
+  const Sandbox sandbox;
+  for (const std::string more : {"--out first", "--out second", "--no-cache --out third"}) {
+    const ProgramResult run = sandbox.run("simulate --set run.duration_ms=20 " + more);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  for (const std::string file : {"run.csv", "field.vtr"}) {
+    const std::string first = read_all(sandbox.path("first/" + file));
+    EXPECT_FALSE(first.empty());
+    EXPECT_EQ(first, read_all(sandbox.path("second/" + file))) << file;
+    EXPECT_EQ(first, read_all(sandbox.path("third/" + file))) << file;
+  }
+}
+
 // As installed, moved anywhere, or beside each other in a build tree.
 TEST(StartUp, FindsItsOtherHalfOrSaysWhichFileIsMissing) {
   const Sandbox sandbox;

@@ -1,6 +1,7 @@
 #include "photocoag/core/base64.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "photocoag/core/error.hpp"
@@ -10,6 +11,14 @@ namespace {
 
 constexpr std::string_view kDigits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+// Of every byte the digit's value; 64: not a digit.
+constexpr std::array<unsigned char, 256> kValues = [] {
+  std::array<unsigned char, 256> values{};
+  values.fill(64);
+  for (unsigned char i = 0; i < 64; ++i) values[static_cast<unsigned char>(kDigits[i])] = i;
+  return values;
+}();
 
 }  // namespace
 
@@ -29,15 +38,16 @@ std::string base64(std::span<const unsigned char> bytes) {
 
 std::vector<unsigned char> from_base64(std::string_view text, const std::string& where) {
   std::vector<unsigned char> bytes;
+  bytes.reserve(text.size() / 4 * 3 + 3);
   std::uint32_t group = 0;
   int bits = 0;
   for (const char c : text) {
     if (c == '=' || c == '\n' || c == ' ') continue;
-    const std::size_t digit = kDigits.find(c);
-    if (digit == std::string_view::npos) {
+    const unsigned digit = kValues[static_cast<unsigned char>(c)];
+    if (digit == 64) {
       throw Error(ErrorParts{.where = where, .problem = "not base64", .found = std::string(1, c)});
     }
-    group = group << 6 | static_cast<std::uint32_t>(digit);
+    group = group << 6 | digit;
     bits += 6;
     if (bits >= 8) {
       bits -= 8;

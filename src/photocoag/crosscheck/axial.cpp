@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/wide_vectors.hpp"
+
 namespace photocoag::crosscheck {
 namespace {
 
@@ -83,23 +85,6 @@ Pencil pencil_of(const std::vector<double>& depth, const std::vector<std::size_t
   return p;
 }
 
-// right -= matrix * x
-void subtract_product(const Symmetric& matrix, const std::vector<double>& x, std::size_t count,
-                      std::vector<double>& right) {
-  const std::size_t n = matrix.diagonal.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const double* here = &x[i * count];
-    double* out = &right[i * count];
-    for (std::size_t a = 0; a < count; ++a) out[a] -= matrix.diagonal[i] * here[a];
-    if (i > 0) {
-      for (std::size_t a = 0; a < count; ++a) out[a] -= matrix.beside[i - 1] * (here - count)[a];
-    }
-    if (i + 1 < n) {
-      for (std::size_t a = 0; a < count; ++a) out[a] -= matrix.beside[i] * (here + count)[a];
-    }
-  }
-}
-
 /// Alexander's three stages, a_ij of the lower triangle; the last row gives the new value.
 struct Alexander {
   static constexpr double kShift = 0.435866521508458999;
@@ -108,41 +93,158 @@ struct Alexander {
   static constexpr double kSecond = 0.25 * (6.0 * kShift * kShift - 20.0 * kShift + 5.0);
 };
 
-/// Temperature of all nodes and sources, stepped with one size.
+/// So many radial terms are stepped side by side, each with the operations of one alone.
+constexpr std::size_t kLanes = 4;
+
+/// Of kLanes matrices: number i of each, then number i + 1.
+struct Lanes {
+  std::vector<double> diagonal;
+  std::vector<double> beside;
+
+  explicit Lanes(std::size_t nodes) : diagonal(nodes * kLanes), beside(nodes * kLanes) {}
+  void take(std::size_t lane, const Symmetric& matrix) {
+    for (std::size_t i = 0; i < matrix.diagonal.size(); ++i) {
+      diagonal[i * kLanes + lane] = matrix.diagonal[i];
+      beside[i * kLanes + lane] = matrix.beside[i];
+    }
+  }
+};
+
+/// What one stage of a step reads and writes: temperatures and slopes node by node, source by
+/// source, kLanes numbers each. Null: not of this stage.
+struct Stage {
+  const double* now;
+  const double* first;
+  const double* second;
+  double first_weight;
+  double second_weight;
+  double* at;
+  double* slope;
+};
+
+/// at = now + weighted slopes; slope = shifted^-1 (load - stiffness at). Of the factors `inverse`
+/// is one over the diagonal.
+PHOTOCOAG_WIDE_VECTORS
+void solve_stage(const Stage& stage, const double* load, std::size_t nodes, std::size_t count,
+                 const double* diagonal, const double* beside, const double* inverse,
+                 const double* ratio) {
+  const std::size_t row = count * kLanes;
+  const auto [now, first, second, first_weight, second_weight, at, slope] = stage;
+  for (std::size_t k = 0; k < nodes * row; ++k) at[k] = now[k];
+  if (first != nullptr) {
+    for (std::size_t k = 0; k < nodes * row; ++k) at[k] += first_weight * first[k];
+  }
+  if (second != nullptr) {
+    for (std::size_t k = 0; k < nodes * row; ++k) at[k] += second_weight * second[k];
+  }
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const double* here = at + i * row;
+    double* out = slope + i * row;
+    const double* own = diagonal + i * kLanes;
+    const double* after = beside + i * kLanes;
+    for (std::size_t a = 0; a < count; ++a) {
+      double sum[kLanes];
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        sum[l] = load[i * count + a] - own[l] * here[a * kLanes + l];
+      }
+      if (i > 0) {
+        const double* before = after - kLanes;
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          sum[l] -= before[l] * (here - row)[a * kLanes + l];
+        }
+      }
+      if (i + 1 < nodes) {
+        for (std::size_t l = 0; l < kLanes; ++l) sum[l] -= after[l] * (here + row)[a * kLanes + l];
+      }
+      if (i > 0) {
+        const double* factor = ratio + (i - 1) * kLanes;
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          sum[l] -= factor[l] * (out - row)[a * kLanes + l];
+        }
+      }
+      for (std::size_t l = 0; l < kLanes; ++l) out[a * kLanes + l] = sum[l];
+    }
+  }
+  for (std::size_t i = nodes; i-- > 0;) {
+    double* out = slope + i * row;
+    const double* one = inverse + i * kLanes;
+    const double* factor = ratio + i * kLanes;
+    for (std::size_t a = 0; a < count; ++a) {
+      double behind[kLanes] = {};
+      if (i + 1 < nodes) {
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          behind[l] = factor[l] * (out + row)[a * kLanes + l];
+        }
+      }
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        out[a * kLanes + l] = out[a * kLanes + l] * one[l] - behind[l];
+      }
+    }
+  }
+}
+
+/// Temperatures of all nodes, sources and lanes, stepped with one size.
 class Heating {
  public:
-  Heating(const Pencil& pencil, const Sources& sources)
-      : pencil_(pencil), sources_(sources), now_(sources.load.size(), 0.0) {}
+  Heating(const std::vector<Pencil>& pencils, const Sources& sources)
+      : pencils_(pencils),
+        sources_(sources),
+        nodes_(pencils.front().mass.diagonal.size()),
+        stiffness_(nodes_),
+        factors_(nodes_),
+        now_(sources.load.size() * kLanes, 0.0),
+        at_(now_.size()),
+        slope_{now_, now_, now_} {
+    for (std::size_t l = 0; l < kLanes; ++l) stiffness_.take(l, pencils[l].stiffness);
+  }
 
   void advance(double time, int steps) {
     const double h = time / steps;
-    const Symmetric factors = pencil_.shifted(Alexander::kShift * h);
-    const double weights[3][2] = {
-        {0.0, 0.0}, {Alexander::kHalf, 0.0}, {Alexander::kFirst, Alexander::kSecond}};
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      factors_.take(l, pencils_[l].shifted(Alexander::kShift * h));
+    }
+    for (double& value : factors_.diagonal) value = 1.0 / value;
+    const auto solve = [&](const Stage& stage) {
+      solve_stage(stage, sources_.load.data(), nodes_, sources_.count, stiffness_.diagonal.data(),
+                  stiffness_.beside.data(), factors_.diagonal.data(), factors_.beside.data());
+    };
+    double* const slopes[] = {slope_[0].data(), slope_[1].data(), slope_[2].data()};
     for (int step = 0; step < steps; ++step) {
-      for (int stage = 0; stage < 3; ++stage) {
-        at_ = now_;
-        for (int before = 0; before < stage; ++before) {
-          const double weight = h * weights[stage][before];
-          for (std::size_t i = 0; i < at_.size(); ++i) at_[i] += weight * slope_[before][i];
-        }
-        slope_[stage] = sources_.load;
-        subtract_product(pencil_.stiffness, at_, sources_.count, slope_[stage]);
-        factors.solve(slope_[stage], sources_.count);
-      }
+      solve({now_.data(), nullptr, nullptr, 0.0, 0.0, at_.data(), slopes[0]});
+      solve({now_.data(), slopes[0], nullptr, h * Alexander::kHalf, 0.0, at_.data(), slopes[1]});
+      solve({now_.data(), slopes[0], slopes[1], h * Alexander::kFirst, h * Alexander::kSecond,
+             at_.data(), slopes[2]});
       const double weight = h * Alexander::kShift;
-      for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = at_[i] + weight * slope_[2][i];
+      for (std::size_t k = 0; k < now_.size(); ++k) now_[k] = at_[k] + weight * slopes[2][k];
     }
   }
-  const std::vector<double>& now() const { return now_; }
+  /// Of one lane, node by node and source by source.
+  void read(std::size_t lane, std::vector<double>& temperature) const {
+    for (std::size_t k = 0; k < temperature.size(); ++k) temperature[k] = now_[k * kLanes + lane];
+  }
 
  private:
-  const Pencil& pencil_;
+  const std::vector<Pencil>& pencils_;
   const Sources& sources_;
+  std::size_t nodes_;
+  Lanes stiffness_;
+  Lanes factors_;
   std::vector<double> now_;
   std::vector<double> at_;
   std::vector<double> slope_[3];
 };
+
+/// gram += weight heat load', node after node.
+PHOTOCOAG_WIDE_VECTORS
+void add_gram(double* __restrict gram, const double* __restrict heat, const double* __restrict load,
+              std::size_t nodes, std::size_t count, double weight) {
+  for (std::size_t i = 0; i < nodes; ++i) {
+    for (std::size_t a = 0; a < count; ++a) {
+      const double scaled = weight * heat[i * count + a];
+      for (std::size_t b = 0; b < count; ++b) gram[a * count + b] += scaled * load[i * count + b];
+    }
+  }
+}
 
 }  // namespace
 
@@ -220,41 +322,50 @@ std::vector<double> DepthElements::load(const Tissue& tissue, AbsorptionFactors 
   return load;
 }
 
-void DepthElements::add_steps(double rate, double peak_weight, double volume_weight,
-                              const Sources& sources, const std::vector<double>& times,
-                              StepSamples& sum) const {
+void DepthElements::add_steps(const RadialTerms& terms, const Sources& sources,
+                              const std::vector<double>& times, StepSamples& sum) const {
   constexpr int kSteps = 2;          // between two times
   constexpr double kSettled = 16.0;  // e-folds
   const std::size_t count = sources.count;
-  const Pencil pencil = pencil_of(depth_, layer_, thermal_, rate);
-  std::vector<double> settled = sources.load;
-  Symmetric factors = pencil.stiffness;
-  factors.factorize();
-  factors.solve(settled, count);
-  const auto sample = [&](std::size_t t, const std::vector<double>& temperature) {
-    for (std::size_t a = 0; a < count; ++a) {
-      sum.peak[t * count + a] += peak_weight * temperature[peak_ * count + a];
+  std::vector<double> temperature(sources.load.size());
+  for (std::size_t begin = 0; begin < terms.rate.size(); begin += kLanes) {
+    const std::size_t lanes = std::min(kLanes, terms.rate.size() - begin);
+    std::vector<Pencil> pencils;
+    std::vector<std::vector<double>> settled;
+    for (std::size_t l = 0; l < kLanes; ++l) {  // the last term again where there are no more
+      pencils.push_back(
+          pencil_of(depth_, layer_, thermal_, terms.rate[begin + std::min(l, lanes - 1)]));
+      settled.push_back(sources.load);
+      Symmetric factors = pencils[l].stiffness;
+      factors.factorize();
+      factors.solve(settled[l], count);
     }
-    double* gram = &sum.gram[t * count * count];
-    for (std::size_t i = 0; i < nodes(); ++i) {
-      const double* heat = &temperature[i * count];
-      const double* weight = &sources.load[i * count];
+    const auto sample = [&](std::size_t t, std::size_t lane, const std::vector<double>& heat) {
       for (std::size_t a = 0; a < count; ++a) {
-        const double scaled = volume_weight * heat[a];
-        for (std::size_t b = 0; b < count; ++b) gram[a * count + b] += scaled * weight[b];
+        sum.peak[t * count + a] += terms.peak[begin + lane] * heat[peak_ * count + a];
+      }
+      add_gram(&sum.gram[t * count * count], heat.data(), sources.load.data(), nodes(), count,
+               terms.volume[begin + lane]);
+    };
+    Heating heating(pencils, sources);
+    for (std::size_t t = 0; t < times.size(); ++t) {
+      const auto is_settled = [&](std::size_t l) {
+        return pencils[l].slowest * times[t] > kSettled;
+      };
+      bool all = true;
+      for (std::size_t l = 0; l < lanes; ++l) all = all && is_settled(l);
+      if (!all) heating.advance(times[t] - (t == 0 ? 0.0 : times[t - 1]), kSteps);
+      for (std::size_t l = 0; l < lanes; ++l) {
+        if (is_settled(l)) {
+          sample(t, l, settled[l]);
+          continue;
+        }
+        heating.read(l, temperature);
+        sample(t, l, temperature);
       }
     }
-  };
-  Heating heating(pencil, sources);
-  for (std::size_t t = 0; t < times.size(); ++t) {
-    if (pencil.slowest * times[t] > kSettled) {
-      sample(t, settled);
-      continue;
-    }
-    heating.advance(times[t] - (t == 0 ? 0.0 : times[t - 1]), kSteps);
-    sample(t, heating.now());
+    for (std::size_t l = 0; l < lanes; ++l) sample(times.size(), l, settled[l]);
   }
-  sample(times.size(), settled);
 }
 
 double absorbed_fraction(const Tissue& tissue, AbsorptionFactors at) {

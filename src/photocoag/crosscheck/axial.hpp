@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "photocoag/crosscheck/radial.hpp"
 #include "photocoag/tissue/absorption.hpp"
 #include "photocoag/tissue/tissue.hpp"
 
@@ -34,10 +35,10 @@ class DepthElements {
   /// the volume temperature.
   std::vector<double> load(const Tissue& tissue, AbsorptionFactors at) const;
 
-  /// Adds peak_weight and volume_weight times what a step of power does where a term of the radial
-  /// sum has this `rate`, 1/m2. `times`: s, ascending.
-  void add_steps(double rate, double peak_weight, double volume_weight, const Sources& sources,
-                 const std::vector<double>& times, StepSamples& sum) const;
+  /// Adds, term by term of the radial sum, its weights times what a step of power does to it.
+  /// `times`: s, ascending.
+  void add_steps(const RadialTerms& terms, const Sources& sources, const std::vector<double>& times,
+                 StepSamples& sum) const;
 
  private:
   std::vector<double> depth_;         // m, all nodes with both ends

@@ -87,10 +87,7 @@ StepResponses step_responses(const Tissue& tissue, std::span<const AbsorptionFac
   const std::size_t rows = responses.times.size() + 1;
   const std::size_t count = few.basis.count;
   StepSamples samples{std::vector<double>(rows * count), std::vector<double>(rows * count * count)};
-  for (std::size_t i = 0; i < sums.rate.size(); ++i) {
-    elements.add_steps(sums.rate[i], sums.peak[i], sums.volume[i], few.basis, responses.times,
-                       samples);
-  }
+  elements.add_steps(sums, few.basis, responses.times, samples);
   const auto wanted = static_cast<Eigen::Index>(at.size());
   const auto size = static_cast<Eigen::Index>(count);
   responses.peak.resize(static_cast<Eigen::Index>(rows), wanted);

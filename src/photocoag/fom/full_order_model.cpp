@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/fom/diagonalize.hpp"
 #include "photocoag/tissue/beam.hpp"
 
 namespace photocoag {
@@ -52,7 +52,7 @@ Tridiagonal symmetric_operator(const VectorXd& conductance, const VectorXd& root
 }
 
 Modes modes_of(const Tridiagonal& matrix, const VectorXd& root_measure) {
-  SymmetricEigen<double> eigen = tridiagonal_eigen(matrix.diagonal, matrix.off_diagonal);
+  SymmetricEigen<double> eigen = diagonalize(matrix.diagonal, matrix.off_diagonal);
   if (!eigen.converged) throw Error("the heat operator could not be diagonalised");
   return {std::move(eigen.values), std::move(eigen.vectors), root_measure};
 }

@@ -82,7 +82,14 @@ std::vector<Isoline> isolines(const GridField& field, double level) {
   const Padded grid = pad(field, level);
   Links links;
   for (std::size_t j = 0; j + 1 < grid.y.size(); ++j)
-    for (std::size_t i = 0; i + 1 < grid.x.size(); ++i) link_cell(grid, i, j, links);
+    for (std::size_t i = 0; i + 1 < grid.x.size(); ++i) {
+      // Most cells have all corners on one side.
+      const bool hot = grid.hot(grid.at(i, j));
+      if (hot != grid.hot(grid.at(i + 1, j)) || hot != grid.hot(grid.at(i, j + 1)) ||
+          hot != grid.hot(grid.at(i + 1, j + 1))) {
+        link_cell(grid, i, j, links);
+      }
+    }
   std::vector<Isoline> lines;
   while (!links.empty()) {
     Isoline& line = lines.emplace_back();

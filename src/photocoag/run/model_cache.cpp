@@ -13,6 +13,7 @@
 #include "photocoag/core/sha256.hpp"
 #include "photocoag/mor/uncertain_fit.hpp"
 #include "photocoag/rom/file.hpp"
+#include "photocoag/run/kept_modes.hpp"
 #include "photocoag/run/tissue_reference.hpp"
 
 namespace photocoag {
@@ -225,16 +226,21 @@ std::string cache_folder() {
 ModelStore::ModelStore(const Config& config, bool use_cache, Progress progress)
     : config_(config), use_cache_(use_cache), progress_(std::move(progress)) {}
 
+std::shared_ptr<const FullOrderModel> ModelStore::make_full(const Tissue& tissue) const {
+  const Diagonalize how = kept_modes(use_cache_ ? cache_folder() : std::string());
+  const DiagonalizeWith chosen(how);
+  return std::make_shared<const FullOrderModel>(tissue, config_.grid);
+}
+
 std::shared_ptr<const FullOrderModel> ModelStore::model_full() {
-  if (!model_full_)
-    model_full_ = std::make_shared<const FullOrderModel>(config_.tissue, config_.grid);
+  if (!model_full_) model_full_ = make_full(config_.tissue);
   return model_full_;
 }
 
 std::shared_ptr<const FullOrderModel> ModelStore::plant_full() {
   if (config_.plant.tissue == config_.tissue) return model_full();
   if (!plant_full_) {
-    plant_full_ = std::make_shared<const FullOrderModel>(config_.plant.tissue, config_.grid);
+    plant_full_ = make_full(config_.plant.tissue);
   }
   return plant_full_;
 }

@@ -36,6 +36,7 @@ class ModelStore {
   const Config& config() const noexcept { return config_; }
 
  private:
+  std::shared_ptr<const FullOrderModel> make_full(const Tissue& tissue) const;
   ReducedModel load() const;
   /// `belief`: whose quantities the model carries too; null: none.
   ReducedModel make(const Tissue& tissue, Discretization discretization,
