@@ -106,7 +106,8 @@ void FoxgloveFeed::left(int client) { clients_.erase(client); }
 
 FoxgloveFeed::Reply FoxgloveFeed::said(int client, std::string_view text) {
   const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object() || !json.contains("op") || !json["op"].is_string()) return {.good = false};
+  if (!json.is_object() || !json.contains("op") || !json["op"].is_string())
+    return {.good = false, .text = {}};
   auto& subscribed = clients_[client];
   const std::string op = json["op"].get<std::string>();
   if (op == "subscribe" && json.contains("subscriptions") && json["subscriptions"].is_array()) {

@@ -68,9 +68,9 @@ class OptimalControlProblem {
   /// True if minimize_penalized() has the minimizer of cycle n wherever it is inside of the box and
   /// the limits: R1 + R2 > 0, and R0 = 1 at every stage.
   bool penalized_is_optimal(long long cycle) const noexcept {
-    constexpr long long kDelay = 3;  // state_weight() is 1 from the stage after that on
+    constexpr long long kUnweighted = 3;  // state_weight() is 1 from the next stage on
     return settings_.power_weight + settings_.power_change_weight > 0.0 &&
-           (settings_.state_weight == StateWeight::kConstant || cycle >= kDelay);
+           (settings_.state_weight == StateWeight::kConstant || cycle >= kUnweighted);
   }
   /// R1, R2, u_ref and u_prev in the units of plan_data().
   PlanPenalties plan_penalties(double power_reference, double previous_power) const noexcept {

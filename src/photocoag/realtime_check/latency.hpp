@@ -24,8 +24,8 @@ WakeLatency measure_wake_latency(double seconds, double period, const std::atomi
 /// histogram and a reason if it is not installed or gives nothing.
 struct CyclictestRun {
   bool ran = false;
-  std::string why_not;
-  DurationHistogram histogram;
+  std::string why_not = {};
+  DurationHistogram histogram{};
 };
 CyclictestRun run_cyclictest(double seconds, double period);
 
