@@ -67,3 +67,39 @@ expect 2 "photocoag is not built, and you cannot write to $tree: its owner calls
 change rm -r "$tree/build"
 change chmod a-w "$tree"
 expect 2 "photocoag is not built" "$tree/photocoag" config
+
+# The owner's tree: what a first treatment needs is configured alone, the whole when a command first asks for it, and
+# then stays. Stand-ins for what installs, configures and builds.
+own="$work/the owner's"
+mkdir -p "$own"/{src,apps,cmake,drivers,console/dist,build/deps/osqp} "$work/fakes"
+cp "$1/photocoag" "$own"
+cat >"$work/fakes/cmake" <<'END'
+#!/usr/bin/env bash
+echo "cmake $*" >>"$LOG"
+if [ "$1" = --build ]; then
+  grep -q "FULL:BOOL=ON" "$2/CMakeCache.txt" || [ "$4" = photocoag ] || { echo "unknown target $4"; exit 1; }
+  mkdir -p "$2/apps"
+  printf '#!/bin/sh\necho "ran:$*"\n' >"$2/apps/photocoag"
+  chmod 755 "$2/apps/photocoag"
+  exit
+fi
+mkdir -p build/release
+for option in "$@"; do
+  case "$option" in -DPHOTOCOAG_FULL=*) echo "PHOTOCOAG_FULL:BOOL=${option#*=}" >"$2/build/release/CMakeCache.txt" ;; esac
+done
+touch "$2/build/release/build.ninja"
+END
+printf '#!/bin/sh\necho "$@" >>"$LOG"\necho installed\n' >"$work/fakes/dpkg-query"
+chmod 755 "$work/fakes"/*
+owner() {
+  : >"$work/log"
+  LOG="$work/log" PATH="$work/fakes:$PATH" "$own/photocoag" "$@"
+}
+says() { grep -q -e "$1" "$work/log" || { echo "no \"$1\":" >&2; cat "$work/log" >&2; exit 1; }; }
+silent() { ! grep -q -e "$1" "$work/log" || { echo "\"$1\":" >&2; cat "$work/log" >&2; exit 1; }; }
+[ "$(owner treat)" = ran:treat ]
+says "-DPHOTOCOAG_FULL=OFF" && says "--target photocoag$" && silent libhdf5-dev
+[ "$(owner campaign x)" = "ran:campaign x" ]
+says "-DPHOTOCOAG_FULL=ON" && says "--target photocoag_full$" && says libhdf5-dev
+[ "$(owner treat)" = ran:treat ]
+says "--target photocoag$" && silent "FULL"
