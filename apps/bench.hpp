@@ -1,12 +1,13 @@
 // Role: the program; what the benchmarks share: clock, percentiles, JSON. Times in microseconds.
 #pragma once
 
-#include <time.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "photocoag/core/percentile.hpp"
+#include "photocoag/core/thread_clock.hpp"
 
 namespace photocoag {
 
@@ -23,25 +24,12 @@ struct BenchOptions {
 
 using Json = nlohmann::ordered_json;
 
-/// CPU time of this thread, us: what others do on the machine is not in it.
-inline double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
 /// What reading that clock adds to a time, us: measured once.
 double thread_clock_us();
 
 /// CPU time since `begin`, without the reading of the clock.
 inline double spent_us(double begin) {
   return std::max(0.0, thread_us() - begin - thread_clock_us());
-}
-
-/// The value below which `fraction` of the values lie (nearest rank).
-inline double percentile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 /// To the file of --json, if there is one.

@@ -3,25 +3,17 @@
 // which favours the short one.
 #pragma once
 
-#include <time.h>
-
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "photocoag/core/percentile.hpp"
+#include "photocoag/core/thread_clock.hpp"
 
 namespace photocoag::benchmarks {
 
 using Json = nlohmann::ordered_json;
-
-/// CPU time of this thread, us. Reading it costs some tenths of a microsecond.
-inline double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 /// Durations in the order in which they were measured, us.
 class Samples {

@@ -113,7 +113,8 @@ void count_parts(const Config& config, const ReducedModel& model,
                        .applied_power = c.readback.power})
                 .power;
   });
-  count("outputs", cycles, [&](const Cycle&, long long) { sink += controller.estimate().peak_sigma; });
+  count("outputs", cycles,
+        [&](const Cycle&, long long) { sink += controller.estimate().peak_sigma; });
   Supervisor supervisor = supervisor_of(config);
   supervisor.authorize({.command = cycles.front().previous_power, .solve = SolveOutcome::kSolved});
   count("supervisor", cycles, [&](const Cycle& c, long long) {

@@ -10,6 +10,7 @@ Research software, not a medical device: not certified, not for use on humans.
 
 from __future__ import annotations
 
+from ._certify import certify
 from ._core import FullOrderPlant, ReducedPlant
 from ._core import notice as __notice__
 from ._core import source_hash as __source_hash__
@@ -17,15 +18,7 @@ from ._core import version as __version__
 from ._config import Config, Section
 from ._errors import ConfigError
 from ._many import Campaign, Claim, campaign, reproduce, simulate_many, sweep
-from ._models import (
-    Controller,
-    Estimator,
-    FullOrderModel,
-    ReducedModel,
-    certify,
-    reduce,
-    response,
-)
+from ._models import Controller, Estimator, FullOrderModel, ReducedModel, reduce, response
 from ._run import ControllerLike, EstimatorLike, PlantLike, Run, simulate, treat
 
 __all__ = [

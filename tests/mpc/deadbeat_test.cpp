@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "estimation/test_models.hpp"
+#include "mpc/always_dense.hpp"
 #include "photocoag/benchmark/problem_set.hpp"
 #include "photocoag/qp/kkt.hpp"
 #include "support/heap_guard.hpp"
@@ -18,13 +19,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// `dense` under another name: is asked in every cycle.
-struct AlwaysDense {
-  DenseSolver solver;
-  QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept {
-    return solver.solve(problem, solution);
-  }
-};
 using Mpc = ModelPredictiveController<DenseSolver>;
 
 bool taken(const Mpc& mpc) {

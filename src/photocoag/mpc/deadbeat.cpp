@@ -5,24 +5,12 @@
 #include <limits>
 
 #include "photocoag/core/fixed_length.hpp"
+#include "photocoag/mpc/impulse_response.hpp"
 
 namespace photocoag {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// y_k = sum_(j <= k) h_(k-j) u_j.
-inline void respond_to(const double* __restrict h, const double* __restrict u, int n,
-                       double* __restrict y) noexcept {
-  PHOTOCOAG_UNROLLED
-  for (int k = 0; k < n; ++k) y[k] = 0.0;
-  PHOTOCOAG_UNROLLED
-  for (int j = 0; j < n; ++j) {
-    const double power = u[j];
-    PHOTOCOAG_UNROLLED
-    for (int k = j; k < n; ++k) y[k] += h[k - j] * power;
-  }
-}
 
 template <typename Length>
 bool meet_as(Length length, const PlanData& data, double* u) noexcept {

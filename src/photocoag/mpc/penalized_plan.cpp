@@ -5,25 +5,13 @@
 #include <limits>
 
 #include "photocoag/core/fixed_length.hpp"
+#include "photocoag/mpc/impulse_response.hpp"
 
 namespace photocoag {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kCapacity = even(kMaxInputs);
-
-// y_k = sum_(j <= k) h_(k-j) x_j.
-inline void convolve(const double* __restrict h, const double* __restrict x, int n,
-                     double* __restrict y) noexcept {
-  PHOTOCOAG_UNROLLED
-  for (int k = 0; k < n; ++k) y[k] = 0.0;
-  PHOTOCOAG_UNROLLED
-  for (int j = 0; j < n; ++j) {
-    const double value = x[j];
-    PHOTOCOAG_UNROLLED
-    for (int k = j; k < n; ++k) y[k] += h[k - j] * value;
-  }
-}
 
 // A generator below the first: H / 2 = … + weight L(values) L(values)'.
 struct Generator {
@@ -60,7 +48,7 @@ bool minimize_as(Length length, const PlanData& data, const PlanPenalties& penal
   double right[kCapacity];  // - g / 2, backwards
   PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) error[k] = data.reference[n - 1 - k] - data.free[n - 1 - k];
-  convolve(data.impulse, error, n, right);
+  respond_to(data.impulse, error, n, right);
   PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) right[k] += penalties.power * penalties.power_reference;
   right[n - 1] += penalties.change * penalties.previous;
@@ -125,13 +113,13 @@ double residual_as(Length length, const PlanData& data, const PlanPenalties& pen
   double backwards[kCapacity];
   double of_powers[kCapacity];  // G'G u, backwards
   double of_errors[kCapacity];  // G'(f - reference), backwards
-  convolve(data.impulse, u, n, response);
+  respond_to(data.impulse, u, n, response);
   PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) backwards[k] = response[n - 1 - k];
-  convolve(data.impulse, backwards, n, of_powers);
+  respond_to(data.impulse, backwards, n, of_powers);
   PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) backwards[k] = data.free[n - 1 - k] - data.reference[n - 1 - k];
-  convolve(data.impulse, backwards, n, of_errors);
+  respond_to(data.impulse, backwards, n, of_errors);
   double worst = 0.0;
   bool good = true;
   PHOTOCOAG_UNROLLED
@@ -148,7 +136,7 @@ double residual_as(Length length, const PlanData& data, const PlanPenalties& pen
     good &= u[k] >= data.lower && u[k] <= data.upper && terms < kInfinity;
     if (error > worst * terms) worst = error / terms;
   }
-  if (data.limit_impulse != data.impulse) convolve(data.limit_impulse, u, n, response);
+  if (data.limit_impulse != data.impulse) respond_to(data.limit_impulse, u, n, response);
   PHOTOCOAG_UNROLLED
   for (int k = 0; k < n; ++k) {
     good &= response[k] > -kInfinity && response[k] <= data.limit[k] - data.limit_free[k];

@@ -1,0 +1,15 @@
+// Role: benchmarks; CPU time of a thread. Used by apps, benchmarks. Units: us.
+#pragma once
+
+#include <time.h>
+
+namespace photocoag {
+
+/// CPU time of this thread, us: what others do on the machine is not in it.
+inline double thread_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace photocoag
