@@ -58,13 +58,13 @@ void treat_on_filling_disk(const Sandbox& sandbox, const std::string& with_room)
   ASSERT_EQ(recovered.exit_code, 0) << recovered.err;
   const Json log = Json::parse(read_all(run / "summary.json"))["log"];
   EXPECT_GT(log["written"], 0);
-  EXPECT_GT(log["dropped"], 0);
+  EXPECT_GT(log["dropped"], 0) << result.err;
   EXPECT_EQ(log["produced"], log["written"].get<int>() + log["dropped"].get<int>());
   EXPECT_FALSE(log["alarm"].is_null());
 
   // The powers are those with room, unless the machine was too busy: bit for bit in tests/run.
   if (result.err.find(" 0 overruns") == std::string::npos) return;
-  EXPECT_EQ(log["produced"], 500);
+  EXPECT_EQ(log["produced"], 500) << result.err;
   std::istringstream rows(read_all(run / "run.csv"));
   int count = -1;  // the names
   for (std::string row; std::getline(rows, row); ++count) {

@@ -63,12 +63,43 @@ TEST(LogOnAFullDisk, CountsExactlyAndKeepsWhatWasWritten) {
     EXPECT_LE(totals.written * log_record_bytes(), kDisk);
     EXPECT_GT((totals.written + kBlockRecords) * log_record_bytes() + 16384, kDisk);
     const LogContent content = content_of(folder.path() / "log");
+    EXPECT_TRUE(content.closed);
+    EXPECT_EQ(content.totals, totals) << "the log itself says what it lost";
     EXPECT_EQ(content.records.size(), totals.written);
     EXPECT_EQ(content.bad_bytes, 0U) << "no half block stays";
     expect_as_produced(content);
   });
   if (!disk.unsupported.empty()) GTEST_SKIP() << "no disk of its own: " << disk.unsupported;
   EXPECT_TRUE(disk.passed) << "in the child process, see above";
+}
+
+// The block that says what was lost has its room, wherever in a page the last record ends and
+// even when a new segment cannot be begun.
+TEST(LogOnAFullDisk, SaysWhatItLostWhereverTheDiskEnds) {
+  for (const std::size_t segment_bytes : {std::size_t{64} << 20, std::size_t{1} << 17}) {
+    for (std::int64_t taken = 0; taken < 12; ++taken) {
+      const TemporaryFolder folder;
+      const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {
+        LogOptions options{.ring_records = 4096, .segment_bytes = segment_bytes, .write = {}};
+        LogWriter log(folder.path() / "log", header(), options);
+        produce(log, 0, 300 + taken);
+        while (content_of(folder.path() / "log").records.size() < 300U + taken) {
+          wait_until(monotonic_ns() + 1'000'000);
+        }
+        ASSERT_TRUE(Ballast(folder.path() / "ballast").fill());
+        produce(log, 300 + taken, 1500);
+        const LogTotals totals = log.close();
+        const LogContent content = content_of(folder.path() / "log");
+        EXPECT_TRUE(content.closed) << taken;
+        EXPECT_EQ(content.totals, totals) << taken;
+        EXPECT_GT(totals.dropped, 0U);
+        EXPECT_EQ(content.records.size(), totals.written);
+        EXPECT_EQ(content.bad_bytes, 0U);
+      });
+      if (!disk.unsupported.empty()) GTEST_SKIP() << "no disk of its own: " << disk.unsupported;
+      EXPECT_TRUE(disk.passed) << "in the child process, see above";
+    }
+  }
 }
 
 TEST(LogOnAFullDisk, GoesOnWhenThereIsRoomAgain) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -26,7 +27,7 @@ LogWriter::LogWriter(std::filesystem::path folder, LogHeader header, LogOptions 
   if (!options_.write) options_.write = ::write;
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  if (error || !open_segment()) {
+  if (error || !open_segment(0)) {
     throw Error(ErrorParts{
         .where = folder_.string(),
         .problem = "the log cannot be started: " +
@@ -130,14 +131,10 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
     pack(batch_[k], block_.data() + sizeof(header) + k * log_record_bytes());
   }
   seal_block(std::span(block_).first(size));
-  if (segment_size_ + size > options_.segment_bytes && records > 0) {
-    to_sync_.store(-1);
-    const int unsynced = retired_.exchange(file_);
-    if (unsynced >= 0) ::close(unsynced);  // two segments in one look: the disk is far behind
-    file_ = -1;
-    ++header_.segment;
-  }
-  if ((file_ >= 0 || open_segment()) && write_all(block_.data(), size)) {
+  const bool full = segment_size_ + size > options_.segment_bytes && records > 0;
+  const bool last = (flags & BlockHeader::kLast) != 0;
+  if ((!full || open_segment(header_.segment + 1)) && (last || reserve(size)) &&
+      write_all(block_.data(), size)) {
     segment_size_ += size;
     written_ += records;
     return;
@@ -146,9 +143,23 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
   failed_.store(true, std::memory_order_relaxed);
   lost_ += records;
   // No half block before the next one.
-  if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(segment_size_)) == 0) {
+  struct stat now {};
+  if (::fstat(file_, &now) == 0 && now.st_size > static_cast<off_t>(segment_size_) &&
+      ::ftruncate(file_, static_cast<off_t>(segment_size_)) == 0) {
     ::lseek(file_, 0, SEEK_END);
   }
+}
+
+// The last block says how many records there were; its room is taken while there is some, so that
+// a disk that fills cannot hide what it cost.
+bool LogWriter::reserve(std::size_t bytes) noexcept {
+  const auto end = static_cast<off_t>(segment_size_);
+  const auto size = static_cast<off_t>(bytes + sizeof(BlockHeader));
+  while (::fallocate(file_, FALLOC_FL_KEEP_SIZE, end, size) != 0) {
+    if (errno == EINTR) continue;
+    return errno != ENOSPC && errno != EDQUOT;  // not every file system can: then without
+  }
+  return true;
 }
 
 bool LogWriter::write_all(const std::byte* bytes, std::size_t count) noexcept {
@@ -163,27 +174,39 @@ bool LogWriter::write_all(const std::byte* bytes, std::size_t count) noexcept {
   return true;
 }
 
-bool LogWriter::open_segment() noexcept {
+/// The segment before is given up when the new one is there: until then it takes the last block.
+bool LogWriter::open_segment(std::int64_t number) noexcept {
+  const int before = file_;
+  const std::size_t size_before = segment_size_;
+  const std::int64_t number_before = header_.segment;
+  std::string name;
   try {
-    const std::string name = (folder_ / fmt::format("{:06}.seg", header_.segment)).string();
+    name = (folder_ / fmt::format("{:06}.seg", number)).string();
+    header_.segment = number;
     const std::string header = segment_header(header_);
     file_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_APPEND, 0644);
-    if (file_ < 0) return false;
-    segment_size_ = header.size();
-    if (write_all(reinterpret_cast<const std::byte*>(header.data()), header.size())) {
+    segment_size_ = 0;
+    if (file_ >= 0 && reserve(header.size()) &&
+        write_all(reinterpret_cast<const std::byte*>(header.data()), header.size())) {
+      segment_size_ = header.size();
       to_sync_.store(file_);
+      const int unsynced = retired_.exchange(before);
+      if (unsynced >= 0) ::close(unsynced);  // two segments in one look: the disk is far behind
       return true;
     }
-    const int why = errno;
-    ::close(file_);
-    ::unlink(name.c_str());
-    file_ = -1;
-    errno = why;
-    return false;
   } catch (const std::exception&) {
     errno = ENOMEM;
-    return false;
   }
+  const int why = errno;
+  if (file_ != before && file_ >= 0) {
+    ::close(file_);
+    ::unlink(name.c_str());
+  }
+  file_ = before;
+  segment_size_ = size_before;
+  header_.segment = number_before;
+  errno = why;
+  return false;
 }
 
 bool disk_has_room(const std::filesystem::path& folder, std::uint64_t bytes) noexcept {

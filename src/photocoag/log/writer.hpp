@@ -58,7 +58,8 @@ class LogWriter {
   std::size_t drain() noexcept;
   void write_block(std::size_t records, std::uint32_t flags) noexcept;
   bool write_all(const std::byte* bytes, std::size_t count) noexcept;
-  bool open_segment() noexcept;
+  bool reserve(std::size_t bytes) noexcept;
+  bool open_segment(std::int64_t number) noexcept;
 
   std::filesystem::path folder_;
   LogHeader header_;
