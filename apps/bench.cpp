@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -18,7 +17,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/paced_eye.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -136,12 +135,9 @@ struct Durations {
 Recording record(const Subject& subject, std::size_t treatment,
                  const std::shared_ptr<const FullOrderModel>& full, std::vector<double>& eye_us) {
   const Config& config = subject.config;
-  SimulatedEye eye(FullOrderPlant(full, config.plant.discretization, config.control.period,
-                                  config.plant.absorption()),
-                   config.plant.noise, treatment + 1);
-  const std::atomic<bool> never{false};
-  VirtualPace pace(never);
-  PacedEye device(eye, pace, config.control.period);
+  SimulatedEye device(FullOrderPlant(full, config.plant.discretization, config.control.period,
+                                     config.plant.absorption()),
+                      config.plant.noise, treatment + 1, {}, VirtualPace(config.control.period));
   Replay<Supervisor> replay(subject, subject.supervisor());
   Recording recording;
   for (std::size_t cycle = 0; cycle < kCycles; ++cycle) {

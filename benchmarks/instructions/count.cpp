@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 #include <valgrind/callgrind.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <span>
 #include <vector>
 
-#include "photocoag/loop/paced_eye.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 #include "photocoag/run/model_cache.hpp"
@@ -38,10 +37,8 @@ Supervisor supervisor_of(const Config& config) {
 
 std::vector<Cycle> record(const Config& config, const ReducedModel& model, double alpha,
                           std::uint64_t seed) {
-  SimulatedEye eye(ReducedPlant(model, AbsorptionFactors(alpha)), config.plant.noise, seed);
-  const std::atomic<bool> never{false};
-  VirtualPace pace(never);
-  PacedEye device(eye, pace, config.control.period);
+  SimulatedEye device(ReducedPlant(model, AbsorptionFactors(alpha)), config.plant.noise, seed, {},
+                      VirtualPace(config.control.period));
   Controller controller(model, config.control, config.estimator);
   double power = controller.decide().power;
   std::vector<Cycle> cycles;

@@ -96,8 +96,8 @@ def test_the_cpp_blocks_compile(tmp_path):
     (tmp_path / "main.cpp").write_text(
         "#include <span>\n#include \"photocoag/loop/controller.hpp\"\n#include \"photocoag/loop/treatment_loop.hpp\"\n"
         "#include \"photocoag/safety/supervisor.hpp\"\n" + "\n".join(sorted(includes)) +
-        "\nvoid use(photocoag::Controller& controller, photocoag::Supervisor& supervisor, std::span<photocoag::CycleRecord> records,"
-        " std::atomic<std::size_t>& progress) {\n" + "".join(bodies) + "}\n")
+        "\nvoid use(photocoag::Controller& controller, photocoag::Supervisor& supervisor,"
+        " std::span<photocoag::CycleRecord> records) {\n" + "".join(bodies) + "}\n")
     compile_("c++", "-std=c++20", "-DEIGEN_MAX_STATIC_ALIGN_BYTES=16", "-DEIGEN_MAX_ALIGN_BYTES=64",
              "-DEIGEN_MALLOC_ALREADY_ALIGNED=0", "-I", str(ROOT / "src"), "-isystem", "/usr/include/eigen3", str(tmp_path / "main.cpp"))
 

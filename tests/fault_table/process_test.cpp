@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
-#include <atomic>
 #include <vector>
 
 #include "estimation/test_models.hpp"
@@ -29,9 +28,7 @@ TEST(ProcessFaults, A4WithoutTheEyeTheControllerStops) {
   Supervisor supervisor = treating_supervisor(model_1khz());
   Controller controller(model_1khz(), {}, {});
   std::vector<CycleRecord> records(20);
-  std::atomic<std::size_t> progress{0};
-  const LoopOutcome outcome =
-      run_loop(controller, device, supervisor, 1e-3, std::span(records), progress);
+  const LoopOutcome outcome = run_loop(controller, device, supervisor, 1e-3, std::span(records));
   EXPECT_EQ(outcome.safety.state, SafetyState::kSafeStop);
   EXPECT_LE(outcome.safety.exposure, 3e-3);
   EXPECT_EQ(mapping.memory->command.load(), 0.0);

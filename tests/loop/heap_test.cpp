@@ -15,6 +15,7 @@
 
 #include "estimation/test_models.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/run/observer.hpp"
@@ -145,50 +146,45 @@ TEST(Heap, PlantAndEyeAllocateNothing) {
 }
 
 /// Virtual time, with an allocation of the given size in every cycle.
-struct LeakyPace {
+struct LeakyPace : VirtualPace {
   std::string text;
   std::size_t growth = 0;
-  Tick wait_for_end_of(std::size_t) noexcept { return {}; }
-  void done(std::size_t) noexcept { text.append(growth, 'x'); }
+  std::size_t wait_for_end_of(std::size_t) noexcept {
+    text.append(growth, 'x');
+    return 0;
+  }
 };
 
 template <Pace C>
-HeapUse use_of_loop(C& pace) {
+HeapUse use_of_loop(C pace) {
   Controller controller(model_1khz(), {}, {});
-  SimulatedEye<FullOrderPlant> eye(full_plant(), 0.288, 1);
+  SimulatedEye device(full_plant(), 0.288, 1, {}, std::move(pace));
+  if constexpr (requires { device.pace().start(); }) device.pace().start();
   std::vector<CycleRecord> records(20);
   std::atomic<std::size_t> progress{0};
-  PacedEye device(eye, pace, 1e-3);
   Supervisor supervisor = treating_supervisor(model_1khz());
   // As `treat` does it: with log and histograms.
   const TemporaryFolder folder;
   LogHeader header;
   header.period = 1e-3;
   LogWriter log(folder.path() / "log", header, {.ring_records = 16, .write = {}});
-  TreatmentObserver observer(1e-3, true, &log);
-  const HeapUse use = use_of([&] {
-    run_loop(controller, device, supervisor, 1e-3, std::span(records), progress, observer);
-  });
+  TreatmentObserver observer(1e-3, 10, {.progress = &progress, .log = &log});
+  const HeapUse use =
+      use_of([&] { run_loop(controller, device, supervisor, 1e-3, std::span(records), observer); });
   EXPECT_EQ(log.close().produced, 20u);
   EXPECT_EQ(progress.load(), 20u);
+  EXPECT_EQ(observer.timing().cycle.size(), 10u) << "no more than there is room for";
   return use;
 }
 
 TEST(Heap, TheWholeLoopAllocatesNothingInEitherTime) {
-  const std::atomic<bool> stop{false};
-  VirtualPace virtual_time(stop);
-  EXPECT_EQ(use_of_loop(virtual_time), HeapUse{});
-  ClockPace clock(1e-3, 20, stop);
-  clock.start();
-  EXPECT_EQ(use_of_loop(clock), HeapUse{});
-  EXPECT_FALSE(clock.timing().cycle.empty());
+  EXPECT_EQ(use_of_loop(VirtualPace(1e-3)), HeapUse{});
+  EXPECT_EQ(use_of_loop(ClockPace(1e-3)), HeapUse{});
 }
 
 TEST(Heap, AnAllocationInsideTheLoopIsSeen) {
-  LeakyPace tight{.text = {}, .growth = 0};
-  EXPECT_EQ(use_of_loop(tight), HeapUse{});
-  LeakyPace leaky{.text = {}, .growth = 100};
-  EXPECT_GT(use_of_loop(leaky).allocations, 0);
+  EXPECT_EQ(use_of_loop(LeakyPace{VirtualPace(1e-3), {}, 0}), HeapUse{});
+  EXPECT_GT(use_of_loop(LeakyPace{VirtualPace(1e-3), {}, 100}).allocations, 0);
 }
 
 }  // namespace

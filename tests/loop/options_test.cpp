@@ -5,6 +5,7 @@
 
 #include "loop/treatments.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 
 namespace photocoag::testing {
 namespace {

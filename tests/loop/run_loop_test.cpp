@@ -7,7 +7,9 @@
 
 #include "estimation/test_models.hpp"
 #include "loop/treatments.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/run/observer.hpp"
 
 namespace photocoag::testing {
 namespace {
@@ -20,24 +22,24 @@ Eye make_eye(double noise = 0.288, std::uint64_t seed = 1, double alpha = 1.1) {
 
 /// A clock that only moves when the loop waits: the wake-up that ends cycle k comes late by late[k]
 /// periods.
-class FakeClock {
+class FakeClock : public VirtualPace {
  public:
   explicit FakeClock(std::vector<double> late, std::size_t stop_at = SIZE_MAX)
-      : late_(std::move(late)), stop_at_(stop_at) {
+      : VirtualPace(1e-3), late_(std::move(late)), stop_at_(stop_at) {
     asked.reserve(1000);
   }
 
-  Tick wait_for_end_of(std::size_t cycle) noexcept {
+  std::size_t wait_for_end_of(std::size_t cycle) noexcept {
     asked.push_back(cycle);
     const double deadline = static_cast<double>(cycle + 1);
     now_ = std::max(now_, deadline) + (cycle < late_.size() ? late_[cycle] : 0.0);
     const double behind = now_ - deadline;
-    return {.missed = static_cast<std::size_t>(behind), .stop = cycle >= stop_at_};
+    if (cycle >= stop_at_) *stop = true;
+    return static_cast<std::size_t>(behind);
   }
-  void done(std::size_t cycle) noexcept { last_done = cycle; }
 
   std::vector<std::size_t> asked;
-  std::size_t last_done = SIZE_MAX;
+  std::atomic<bool>* stop = nullptr;
 
  private:
   std::vector<double> late_;
@@ -46,32 +48,43 @@ class FakeClock {
 };
 static_assert(Pace<FakeClock>);
 
+template <Pace C>
+struct Heard : SimulatedEye<ReducedPlant, C> {
+  using SimulatedEye<ReducedPlant, C>::SimulatedEye;
+  void heartbeat(std::uint64_t cycle) noexcept { last_heartbeat = cycle; }
+  std::uint64_t last_heartbeat = UINT64_MAX;
+};
+
 struct LoopRun {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
   std::size_t progress = 0;
   double power_afterwards = -1.0;  ///< what the laser emits in the period after the loop
+  std::uint64_t last_heartbeat = 0;
 };
 
 template <Pace C>
-LoopRun run(C& pace, std::size_t cycles) {
+LoopRun run(C& pace, std::size_t cycles, bool stopped = false) {
   LoopRun result;
   result.records.resize(cycles);
   Controller controller(model_1khz(), {}, {});
-  Eye eye = make_eye();
+  std::atomic<bool> stop{stopped};
   std::atomic<std::size_t> progress{0};
-  PacedEye device(eye, pace, 1e-3);
+  if constexpr (requires { pace.stop; }) pace.stop = &stop;
+  Heard<C> device(ReducedPlant(model_1khz(), 1.1), 0.288, 1, EyeSettings{}, pace);
+  TreatmentObserver observer(1e-3, 0, {.stop = &stop, .progress = &progress});
   Unsupervised none;
-  result.outcome = run_loop(controller, device, none, 1e-3, std::span(result.records), progress);
+  result.outcome = run_loop(controller, device, none, 1e-3, std::span(result.records), observer);
+  pace = device.pace();
+  result.last_heartbeat = device.last_heartbeat;
   result.progress = progress.load();
   result.records.resize(result.outcome.cycles);
-  result.power_afterwards = eye.advance(cycles).sample.applied_power;
+  result.power_afterwards = device.advance(cycles).sample.applied_power;
   return result;
 }
 
 LoopRun run_virtual(std::size_t cycles) {
-  const std::atomic<bool> stop{false};
-  VirtualPace pace(stop);
+  VirtualPace pace(1e-3);
   return run(pace, cycles);
 }
 
@@ -131,7 +144,7 @@ TEST(RunLoop, OnTimeTheClockChangesNothing) {
   const LoopRun virtual_time = run_virtual(250);
   EXPECT_TRUE(same(paced.records, virtual_time.records));
   EXPECT_EQ(paced.outcome.overruns, 0u);
-  EXPECT_EQ(clock.last_done, 249u);
+  EXPECT_EQ(paced.last_heartbeat, 249u);
 }
 
 TEST(RunLoop, RecordsAreCompleteAndRepeatBitForBit) {
@@ -193,9 +206,14 @@ TEST(RunLoop, MissedPeriodsAreSkippedRecordedAndKeepThePhase) {
 }
 
 TEST(RunLoop, AMissBeyondTheEndStaysInsideTheRecords) {
-  for (const double late : {1.0, 5.0, 1e6}) {
+  struct Miss {
+    std::size_t at;
+    double late;
+  };
+  // Late at the last wake-up: the power written before is still held.
+  for (const Miss miss : {Miss{57, 1.0}, Miss{57, 5.0}, Miss{57, 1e6}, Miss{59, 1.0}}) {
     std::vector<double> lateness(60, 0.0);
-    lateness[57] = late;
+    lateness[miss.at] = miss.late;
     FakeClock clock(lateness);
     const LoopRun result = run(clock, 60);
     EXPECT_EQ(result.outcome.cycles, 60u);
@@ -217,7 +235,7 @@ TEST(RunLoop, AStopRequestEndsWithAPeriodAtZero) {
     EXPECT_EQ(last.estimate.status, UpdateStatus::kUpdated) << "it is still watched";
     EXPECT_GT(result.records[stop_at].power, 0.0);
     EXPECT_EQ(result.power_afterwards, 0.0);
-    EXPECT_EQ(clock.last_done, stop_at + 1);
+    EXPECT_EQ(result.last_heartbeat, stop_at + 1);
   }
 }
 
@@ -241,9 +259,8 @@ TEST(RunLoop, AStopDuringMissedPeriodsStillEndsAtZero) {
 }
 
 TEST(RunLoop, StopFlagOfVirtualTimeIsSeenAtOnce) {
-  const std::atomic<bool> stop{true};
-  VirtualPace pace(stop);
-  const LoopRun result = run(pace, 60);
+  VirtualPace pace(1e-3);
+  const LoopRun result = run(pace, 60, true);
   EXPECT_TRUE(result.outcome.stopped);
   EXPECT_EQ(result.outcome.cycles, 2u);
   EXPECT_EQ(result.records.back().power, 0.0);

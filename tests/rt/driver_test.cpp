@@ -69,10 +69,9 @@ TEST(Driver, TheExampleRunsInTheLoopWithoutAllocation) {
   ConstantPower controller;
   Supervisor supervisor = supervisor_of_the_example();
   std::vector<CycleRecord> records(100);
-  std::atomic<std::size_t> progress{0};
   LoopOutcome outcome;
   const HeapGuard guard;
-  outcome = run_loop(controller, device, supervisor, kPeriod, std::span(records), progress);
+  outcome = run_loop(controller, device, supervisor, kPeriod, std::span(records));
   const HeapUse use = guard.use();
   EXPECT_EQ(use, HeapUse{});
   EXPECT_EQ(outcome.cycles, 100u);

@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <span>
 #include <vector>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -22,16 +22,16 @@ constexpr std::size_t kCycles = 250;
 constexpr int kTreatments = 4000;
 
 /// Wakes the loop late at random, for up to four periods: one overrun alone or a busy spell.
-class BusyMachine {
+class BusyMachine : public VirtualPace {
  public:
-  BusyMachine(std::uint64_t treatment, double chance) : treatment_(treatment), chance_(chance) {}
-  Tick wait_for_end_of(std::size_t cycle) noexcept {
+  BusyMachine(double period, std::uint64_t treatment, double chance)
+      : VirtualPace(period), treatment_(treatment), chance_(chance) {}
+  std::size_t wait_for_end_of(std::size_t cycle) noexcept {
     const std::uint64_t draw = treatment_ * 1000 + cycle;
     const double lot = uniform(5, draw, RandomStream::kTest);
-    if (lot >= chance_) return {};
-    return {.missed = 1 + static_cast<std::size_t>(4.0 * lot / chance_), .stop = false};
+    if (lot >= chance_) return 0;
+    return 1 + static_cast<std::size_t>(4.0 * lot / chance_);
   }
-  void done(std::size_t) noexcept {}
 
  private:
   std::uint64_t treatment_;
@@ -66,12 +66,10 @@ Peaks treat_on_a_busy_machine(bool held_power_is_checked, int treatments) {
     config.control.horizon = i % 4 < 2 ? 5 : 2;
     config.control.delay = i % 8 < 4 ? 0 : 1;
     const double period = config.control.period;
-    SimulatedEye<FullOrderPlant> eye(
-        FullOrderPlant(rate.models.plant_full(), config.plant.discretization, period,
-                       config.plant.absorption()),
-        config.plant.noise, draw + 1, {.delay = config.control.delay});
-    BusyMachine pace(draw, i % 3 == 0 ? 0.03 : 0.3);
-    PacedEye device(eye, pace, period);
+    SimulatedEye device(FullOrderPlant(rate.models.plant_full(), config.plant.discretization,
+                                       period, config.plant.absorption()),
+                        config.plant.noise, draw + 1, {.delay = config.control.delay},
+                        BusyMachine(period, draw, i % 3 == 0 ? 0.03 : 0.3));
     SafetyLimits limits = safety_limits(config);
     limits.command_held = held_power_is_checked ? 1 : 0;
     Supervisor supervisor(limits, rate.observer);
@@ -80,9 +78,8 @@ Peaks treat_on_a_busy_machine(bool held_power_is_checked, int treatments) {
     supervisor.ready();
     supervisor.begin(true);
     Controller controller(rate.models.reduced(), config.control, config.estimator);
-    std::atomic<std::size_t> progress{0};
     const LoopOutcome outcome =
-        run_loop(controller, device, supervisor, period, std::span(records), progress);
+        run_loop(controller, device, supervisor, period, std::span(records));
     EXPECT_FALSE(outcome.stopped) << i << ' ' << to_string(outcome.safety.reason);
     double highest = 0.0;
     for (std::size_t k = 0; k < outcome.cycles; ++k) {

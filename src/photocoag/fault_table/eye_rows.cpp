@@ -69,13 +69,12 @@ Innovation innovation_of(const ThrowingController& c) noexcept {
     limits.overruns_per_hundred = 100;
     ThrowingController controller{bench.controller, throw_at};
     std::vector<CycleRecord> records(2000);
-    std::atomic<std::size_t> progress{0};
     if (supervised) {
       Supervisor supervisor = bench.supervisor(limits);
-      run_loop(controller, device, supervisor, 1e-3, std::span(records), progress);
+      run_loop(controller, device, supervisor, 1e-3, std::span(records));
     } else {
       Unsupervised nobody;
-      run_loop(controller, device, nobody, 1e-3, std::span(records), progress);
+      run_loop(controller, device, nobody, 1e-3, std::span(records));
     }
   } catch (...) {
     // No light either.

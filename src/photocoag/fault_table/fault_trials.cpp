@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "photocoag/core/random.hpp"
@@ -11,6 +10,7 @@
 #include "photocoag/faults/faulty_controller.hpp"
 #include "photocoag/faults/faulty_device.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -118,18 +118,16 @@ Recorded run_one(const Bench& bench, const FaultCase& test, S supervisor) {
   const std::size_t cycles =
       static_cast<std::size_t>(test.injection.start) + cycles_after(test, bench.config);
   result.records.resize(cycles);
-  SimulatedEye<TrialEye> eye(eye_for(bench, test.injection), bench.config.plant.noise,
-                             bench.config.run.seed,
-                             {.delay = bench.config.control.delay,
-                              .power_lag = test.injection.power_lag,
-                              .readback = test.injection.emitted_is_read});
-  LatePace pace(test.injection, result.diary);
-  PacedEye device(eye, pace, bench.config.control.period);
+  const double period = bench.config.control.period;
+  SimulatedEye device(eye_for(bench, test.injection), bench.config.plant.noise,
+                      bench.config.run.seed,
+                      {.delay = bench.config.control.delay,
+                       .power_lag = test.injection.power_lag,
+                       .readback = test.injection.emitted_is_read},
+                      LatePace(period, test.injection, result.diary));
   HookedDevice faulty(device, test.injection, result.diary, cycles, supervisor);
   FaultyController controller(bench.controller, test.injection, result.diary);
-  std::atomic<std::size_t> progress{0};
-  result.outcome = run_loop(controller, faulty, supervisor, bench.config.control.period,
-                            std::span(result.records), progress);
+  result.outcome = run_loop(controller, faulty, supervisor, period, std::span(result.records));
   result.records.resize(result.outcome.cycles);
   if (test.id == "S4") {
     // After the fault: the controller that lived through it against one that only knows the state.

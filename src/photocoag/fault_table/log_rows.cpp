@@ -70,17 +70,13 @@ LogHeader header_of(const ProcessBench& bench) {
 }
 
 std::vector<CycleRecord> treat(const ProcessBench& bench, LogWriter* log) {
-  SimulatedEye<FullOrderPlant> eye = bench.fresh_eye(1);
-  const std::atomic<bool> stop{false};
-  VirtualPace pace(stop);
-  PacedEye device(eye, pace, bench.config.control.period);
+  SimulatedEye<FullOrderPlant> device = bench.fresh_eye(1);
   Supervisor supervisor = bench.supervisor(safety_limits(bench.config));
   Controller controller = bench.controller;
-  TreatmentObserver observer(bench.config.control.period, false, log);
+  TreatmentObserver observer(bench.config.control.period, 0, {.log = log});
   std::vector<CycleRecord> records(kCycles);
-  std::atomic<std::size_t> progress{0};
   const LoopOutcome outcome = run_loop(controller, device, supervisor, bench.config.control.period,
-                                       std::span(records), progress, observer);
+                                       std::span(records), observer);
   records.resize(outcome.cycles);
   return records;
 }

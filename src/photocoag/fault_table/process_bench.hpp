@@ -8,6 +8,7 @@
 #include "photocoag/core/temporary_folder.hpp"
 #include "photocoag/fault_table/process_trials.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -27,7 +28,7 @@ struct ProcessBench {
   }
 
   SimulatedEye<FullOrderPlant> fresh_eye(std::uint64_t seed) const {
-    return SimulatedEye<FullOrderPlant>(eye, config.plant.noise, seed);
+    return SimulatedEye(eye, config.plant.noise, seed, {}, VirtualPace(config.control.period));
   }
 
   /// Ready to treat. The self-test is a good one but for what the caller says.

@@ -6,7 +6,7 @@
 #include "photocoag/faults/injection.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/innovation.hpp"
-#include "photocoag/loop/paced_eye.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 
 namespace photocoag {
 
@@ -102,24 +102,24 @@ class FaultyController {
 };
 
 /// A clock in virtual time that wakes the loop late where the injection says so.
-class LatePace {
+class LatePace : public VirtualPace {
  public:
-  LatePace(const Injection& injection, Diary& diary) : injection_(injection), diary_(diary) {}
-  Tick wait_for_end_of(std::size_t cycle) noexcept {
+  LatePace(double period, const Injection& injection, Diary& diary)
+      : VirtualPace(period), injection_(injection), diary_(diary) {}
+  std::size_t wait_for_end_of(std::size_t cycle) noexcept {
     const bool first = cycle == injection_.start;
     const bool second = cycle == injection_.start + injection_.every;
     if (injection_.fault == Fault::kOverrun && first) {
       // Nothing can be seen before the loop wakes: at the last of the missed periods.
       diary_.visible = static_cast<std::int64_t>(cycle + injection_.count);
-      return {.missed = static_cast<std::size_t>(injection_.count), .stop = false};
+      return static_cast<std::size_t>(injection_.count);
     }
     if (injection_.fault == Fault::kTwoOverruns && (first || second)) {
       diary_.visible = static_cast<std::int64_t>(cycle + 1);
-      return {.missed = 1, .stop = false};
+      return 1;
     }
-    return {};
+    return 0;
   }
-  void done(std::size_t) noexcept {}
 
  private:
   Injection injection_;

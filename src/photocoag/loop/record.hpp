@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <limits>
-#include <vector>
 
 #include "photocoag/device/device.hpp"
 #include "photocoag/loop/controller.hpp"
@@ -36,13 +35,6 @@ struct CycleEnd {
   double next_power = 0.0;  ///< W, written for the coming period; NaN: nothing
   double volume_predicted = std::numeric_limits<double>::quiet_NaN();  ///< K, before the update
   SafetyStatus safety;
-};
-
-/// Durations in ns, one entry per cycle, filled by a paced loop.
-struct LoopTiming {
-  std::vector<std::int64_t> wake_late;  ///< wake-up after the deadline
-  std::vector<std::int64_t>
-      cycle;  ///< read, estimate, solve, gate, write (the simulated eye included)
 };
 
 }  // namespace photocoag

@@ -1,11 +1,17 @@
-// Role: simulation; plant, measurement noise and the laser's own watchdog. Used by loop.
-// Real time: noexcept, no allocation.
+// Role: simulation; plant, measurement noise, the laser's own watchdog and a clock: a Device in
+// virtual time or paced, or stepped by hand. Used by run, studies, fault_table, tests.
+// Real time: noexcept, no allocation; waits in wait_sample by design.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
 #include "photocoag/core/random.hpp"
+#include "photocoag/device/device.hpp"
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/plant.hpp"
 
@@ -28,12 +34,42 @@ struct EyeSettings {
   bool readback = true;         ///< false: the command is reported as applied
 };
 
-template <Plant P>
+/// Waits for the end of cycle k = 0, 1, …; says how many whole further periods had passed by then.
+template <typename C>
+concept Pace = requires(C pace, const C& constant, std::size_t cycle) {
+  { pace.wait_for_end_of(cycle) }
+  noexcept->std::same_as<std::size_t>;
+  { constant.deadline_ns(cycle) }
+  noexcept->std::same_as<std::int64_t>;  // that end
+};
+
+/// As fast as it can.
+class VirtualPace {
+ public:
+  /// period: s; without one all time stamps are 0, for who steps the eye by hand.
+  explicit VirtualPace(double period = 0.0)
+      : period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)) {}
+  std::size_t wait_for_end_of(std::size_t) noexcept { return 0; }
+  std::int64_t deadline_ns(std::size_t cycle) const noexcept {
+    return static_cast<std::int64_t>(cycle + 1) * period_ns_;
+  }
+
+ private:
+  std::int64_t period_ns_;
+};
+
+/// After a late wake-up it hands out the periods that have passed one by one (periods_behind counts
+/// down); only the last one's sample is still fresh.
+template <Plant P, Pace C = VirtualPace>
 class SimulatedEye {
  public:
   /// noise: K, standard deviation of the sample; drawn from (seed, cycle) alone.
-  SimulatedEye(P plant, double noise, std::uint64_t seed, EyeSettings settings = {})
-      : plant_(std::move(plant)), noise_(noise), seed_(seed), settings_(settings) {}
+  SimulatedEye(P plant, double noise, std::uint64_t seed, EyeSettings settings = {}, C pace = C())
+      : plant_(std::move(plant)),
+        noise_(noise),
+        seed_(seed),
+        settings_(settings),
+        pace_(std::move(pace)) {}
 
   /// The laser's new power, W. Feeds its watchdog.
   void write(double power) noexcept {
@@ -63,6 +99,49 @@ class SimulatedEye {
             .truth = truth};
   }
 
+  DeviceSample wait_sample(std::uint64_t number) noexcept {
+    const auto cycle = static_cast<std::size_t>(number);
+    if (behind_ == 0) {
+      // Saturates at the counter's maximum.
+      behind_ = static_cast<std::uint32_t>(
+          std::min<std::size_t>(pace_.wait_for_end_of(cycle), UINT32_MAX));
+    } else {
+      --behind_;
+    }
+    reading_ = advance(number);
+    DeviceSample sample;
+    sample.status = DeviceStatus::kGood;
+    sample.periods_behind = behind_;
+    if (behind_ == 0) sample.volume_temperature = reading_.sample.volume_temperature;
+    sample.raw = std::bit_cast<std::int64_t>(reading_.sample.volume_temperature);
+    sample.sequence = number + 1;
+    sample.time_ns = pace_.deadline_ns(cycle);
+    if constexpr (requires { pace_.woke_ns(); }) {  // real time: now
+      sample.now_ns = pace_.woke_ns();
+    } else {
+      sample.now_ns = pace_.deadline_ns(cycle + behind_);
+    }
+    return sample;
+  }
+  Readback readback() noexcept {
+    return {.power = reading_.sample.applied_power,
+            .interlock_closed = !off_,
+            .shutter_open = true,
+            .foot_switch = true};
+  }
+  DeviceStatus write_power(double power, std::uint64_t) noexcept {
+    write(off_ ? 0.0 : power);
+    return DeviceStatus::kGood;
+  }
+  void heartbeat(std::uint64_t) noexcept {}
+  void safe_off() noexcept {
+    off_ = true;
+    write(0.0);
+  }
+  /// What only a simulation knows, at the end of the period that was fetched last.
+  Outputs truth() const noexcept { return reading_.truth; }
+  C& pace() noexcept { return pace_; }
+
  private:
   // A plant may know what its sample shows instead of the temperature at the period's end.
   double sampled(double at_the_end) const noexcept {
@@ -77,6 +156,10 @@ class SimulatedEye {
   double noise_;
   std::uint64_t seed_;
   EyeSettings settings_;
+  C pace_;
+  std::uint32_t behind_ = 0;
+  bool off_ = false;
+  Reading reading_;
   double power_ = 0.0;
   double delayed_power_ = 0.0;  // written one period ago
   double acting_before_ = 0.0;

@@ -3,7 +3,7 @@
 // allocation, lock or I/O of its own; the records' memory is there before.
 #pragma once
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -11,25 +11,12 @@
 #include <span>
 
 #include "photocoag/device/device.hpp"
+#include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/innovation.hpp"
-#include "photocoag/loop/paced_eye.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/safety/supervisor.hpp"
 
 namespace photocoag {
-
-/// Virtual time: as fast as it can. Looks at the stop flag once a cycle.
-class VirtualPace {
- public:
-  explicit VirtualPace(const std::atomic<bool>& stop) : stop_(stop) {}
-  Tick wait_for_end_of(std::size_t) noexcept {
-    return {.missed = 0, .stop = stop_.load(std::memory_order_relaxed)};
-  }
-  void done(std::size_t) noexcept {}
-
- private:
-  const std::atomic<bool>& stop_;
-};
 
 struct LoopOutcome {
   std::size_t cycles = 0;     ///< records written
@@ -39,7 +26,8 @@ struct LoopOutcome {
   SafetyStatus safety;        ///< at the end
 };
 
-/// Looks on from the loop's thread: time stamps, log, treatment goal. Changes nothing but the end.
+/// Looks on from the loop's thread: time stamps, log, goal, stop button. Changes nothing but the
+/// end.
 template <typename O>
 concept LoopObserver = requires(O observer, const CycleRecord& record, const CycleEnd& end) {
   { observer.woke(end.sample) }
@@ -52,6 +40,8 @@ concept LoopObserver = requires(O observer, const CycleRecord& record, const Cyc
   noexcept;  // last thing of every cycle
   { observer.goal_reached(record) }
   noexcept->std::same_as<bool>;  // the treatment has had what it needs
+  { observer.stop_asked() }
+  noexcept->std::same_as<bool>;  // somebody wants the end
 };
 
 struct NoObserver {
@@ -60,6 +50,7 @@ struct NoObserver {
   void written() noexcept {}
   void finished(const CycleRecord&, const CycleEnd&) noexcept {}
   bool goal_reached(const CycleRecord&) noexcept { return false; }
+  bool stop_asked() noexcept { return false; }
 };
 
 /// What the loop asks each cycle: may the sample be used, what may be written.
@@ -127,52 +118,98 @@ inline double predicted_volume(const Estimate& estimate, const DeviceSample& sam
                                                    : estimate.outputs.volume;
 }
 
-/// Read, check, estimate, solve, gate, write, log; until `records` is full, or after a stop. A stop
-/// request ends with one period at 0 W; when the supervisor stops, the loop goes on recording 50 ms
-/// at 0 W (evidence), as far as there are records. `progress` counts finished cycles. In periods
-/// that the loop missed nothing is written: the device holds its power for one, then its watchdog
-/// puts 0 W, and the controller gets no sample.
+/// When a treatment ends: with its records; one period at 0 W after a stop request or the goal; so
+/// long after the supervisor stopped.
+class TreatmentEnd {
+ public:
+  /// What follows a cycle.
+  enum class Next : std::uint8_t {
+    kTreat,
+    kMissed,  ///< nothing can be written: the next period is gone already
+    kDark,    ///< 0 W, and one more period to see it recorded, if there is a record
+    kOver,    ///< that period was it
+  };
+
+  TreatmentEnd(std::size_t records, double period) noexcept
+      : end_(records), evidence_(static_cast<std::size_t>(std::ceil(kEvidence / period))) {}
+
+  bool reached(std::size_t cycles) const noexcept { return cycles >= end_; }
+
+  /// After `cycles` cycles. `goal_reached()` is asked once per period that counts for it.
+  template <typename G>
+  Next after(std::size_t cycles, bool missed, bool stop_asked, G goal_reached) noexcept {
+    stop_asked_ = stop_asked_ || stop_asked;
+    if (missed && cycles < end_) return Next::kMissed;
+    if (last_period_) {
+      end_ = cycles;
+      return Next::kOver;
+    }
+    const bool goal = !stopped_ && goal_reached();
+    if (cycles < end_ && !stop_asked_ && !goal) return Next::kTreat;
+    last_period_ = cycles < end_;  // with the records full the treatment is over by itself
+    stopped_ = stopped_ || (last_period_ && !goal);
+    goal_reached_ = goal;
+    return Next::kDark;
+  }
+
+  /// The supervisor lets no more light out: evidence is recorded, as far as there are records.
+  void supervisor_stopped(std::size_t cycles) noexcept {
+    if (stopped_) return;
+    stopped_ = true;
+    end_ = cycles + std::min(end_ - cycles, evidence_);
+  }
+
+  bool stopped() const noexcept { return stopped_; }
+  bool goal_reached() const noexcept { return goal_reached_; }
+
+ private:
+  static constexpr double kEvidence = 0.05;  // s
+  std::size_t end_;
+  std::size_t evidence_;
+  bool stop_asked_ = false;
+  bool last_period_ = false;
+  bool stopped_ = false;
+  bool goal_reached_ = false;
+};
+
+/// Algorithm 1 with a supervisor: decide, write; then read, check, estimate, decide, write, log
+/// until `TreatmentEnd`. In periods that the loop missed nothing is written: the device holds its
+/// power for one, then its watchdog puts 0 W, and the controller gets no sample.
 template <Controlling C, Device D, Supervision S, LoopObserver O>
 LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
-                     std::span<CycleRecord> records, std::atomic<std::size_t>& progress,
-                     O& observer) noexcept {
-  constexpr double kEvidence = 0.05;  // s
+                     std::span<CycleRecord> records, O& observer) noexcept {
+  using Next = TreatmentEnd::Next;
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kNothingWritten = kUnknown;
+  if (records.empty()) return {};  // nothing would ever switch the laser off again
   LoopOutcome outcome;
-  if (records.empty()) return outcome;  // nothing would ever switch the laser off again
+  TreatmentEnd end(records.size(), period);
   std::uint64_t token = 0;
   Decision decision;
   Authorization allowed;
   DeviceStatus written = DeviceStatus::kGood;
-  const auto write = [&](double power) {
-    written = device.write_power(power, ++token);
+  const auto write = [&] {
+    observer.decided();
+    written = device.write_power(allowed.power, ++token);
     if (allowed.open_interlock || written != DeviceStatus::kGood) device.safe_off();
+    observer.written();
   };
   const auto decide = [&](const Estimate& estimate) {
     decision = controller.decide();
     allowed = supervisor.authorize(report_of(estimate, decision, innovation_of(controller)));
-    observer.decided();
-    write(allowed.power);
-    observer.written();
+    write();
   };
   decide(controller.estimate());
-  std::size_t end = records.size();
-  bool last_period = false;
   bool overrun = false;
-  bool stop_asked = false;
-  while (outcome.cycles < end) {
-    const std::size_t cycle = outcome.cycles;
+  while (!end.reached(outcome.cycles)) {
+    const std::size_t cycle = outcome.cycles++;
     const DeviceSample sample = device.wait_sample(cycle);
     observer.woke(sample);
-    stop_asked = stop_asked || sample.stop_asked;
     const Readback readback = device.readback();
     const SampleVerdict verdict = supervisor.check(sample, readback, written);
     const Estimate estimate = controller.observe(
-        {.volume_temperature =
-             verdict.usable ? sample.volume_temperature : std::numeric_limits<double>::quiet_NaN(),
+        {.volume_temperature = verdict.usable ? sample.volume_temperature : kUnknown,
          .applied_power = verdict.power});
-    CycleRecord& record = records[outcome.cycles++];
+    CycleRecord& record = records[cycle];
     record = {.cycle = static_cast<std::int64_t>(cycle),
               .time = static_cast<double>(cycle + 1) * period,
               .power = verdict.power,
@@ -188,48 +225,32 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
     if constexpr (requires { device.truth(); }) record.truth = device.truth();
     outcome.overruns += overrun ? 1 : 0;
     overrun = sample.periods_behind > 0;
-    const double predicted = predicted_volume(estimate, sample, innovation_of(controller));
-    const auto finish_cycle = [&](double next_power) {
-      observer.finished(record, {.sample = sample,
-                                 .readback = readback,
-                                 .next_power = next_power,
-                                 .volume_predicted = predicted,
-                                 .safety = supervisor.status()});
-    };
-    if (overrun && outcome.cycles < end) {  // that period is gone already
-      finish_cycle(kNothingWritten);
-      continue;
-    }
-    progress.store(outcome.cycles, std::memory_order_relaxed);
-    if (last_period) {
-      finish_cycle(kNothingWritten);
-      device.heartbeat(cycle);
-      break;
-    }
-    // With the records full the treatment is over by itself.
-    const bool goal = !outcome.stopped && observer.goal_reached(record);
-    last_period = (stop_asked || goal) && outcome.cycles < end;
-    if (last_period || outcome.cycles == end) {
-      outcome.stopped = outcome.stopped || (last_period && !goal);
-      outcome.goal_reached = goal;
-      supervisor.finish();
-      decision = {.status = MpcStatus::kStopped};  // 0 W, and one more period to see it recorded
-      allowed.power = 0.0;
-      observer.decided();
-      write(0.0);
-      observer.written();
-    } else {
+    CycleEnd cycle_end{
+        .sample = sample,
+        .readback = readback,
+        .next_power = kUnknown,
+        .volume_predicted = predicted_volume(estimate, sample, innovation_of(controller)),
+        .safety = {}};
+    const Next next = end.after(outcome.cycles, overrun, sample.stop_asked || observer.stop_asked(),
+                                [&] { return observer.goal_reached(record); });
+    if (next == Next::kTreat) {
       decide(estimate);
-      if (!outcome.stopped && supervisor.status().state != SafetyState::kTreating) {
-        outcome.stopped = true;
-        const auto evidence = static_cast<std::size_t>(std::ceil(kEvidence / period));
-        end = outcome.cycles + std::min(end - outcome.cycles, evidence);
+      if (supervisor.status().state != SafetyState::kTreating) {
+        end.supervisor_stopped(outcome.cycles);
       }
+    } else if (next == Next::kDark) {
+      supervisor.finish();
+      decision = {.status = MpcStatus::kStopped};
+      allowed.power = 0.0;
+      write();
     }
-    finish_cycle(allowed.power);
-    device.heartbeat(cycle);
+    if (next == Next::kTreat || next == Next::kDark) cycle_end.next_power = allowed.power;
+    cycle_end.safety = supervisor.status();
+    observer.finished(record, cycle_end);
+    if (next != Next::kMissed) device.heartbeat(cycle);
   }
-  progress.store(outcome.cycles, std::memory_order_relaxed);
+  outcome.stopped = end.stopped();
+  outcome.goal_reached = end.goal_reached();
   outcome.safety = supervisor.status();
   return outcome;
 }
@@ -237,9 +258,9 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
 /// Overload without observer.
 template <Controlling C, Device D, Supervision S>
 LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
-                     std::span<CycleRecord> records, std::atomic<std::size_t>& progress) noexcept {
+                     std::span<CycleRecord> records) noexcept {
   NoObserver nobody;
-  return run_loop(controller, device, supervisor, period, records, progress, nobody);
+  return run_loop(controller, device, supervisor, period, records, nobody);
 }
 
 }  // namespace photocoag

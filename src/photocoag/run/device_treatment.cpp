@@ -61,11 +61,9 @@ void treat_with(const Config& config, C& controller, D& device, const ObserverMo
   if constexpr (kEye) device.begin(0);
   const SelfTestReport report = self_test(device, config.control, context.log_is_good(), cursor);
   const auto loop = [&](auto& supervisor) {
-    ContinuedDevice continued(device, kEye ? 0 : cursor.sequence, cursor.token, config.cycles(),
-                              context.stop);
+    ContinuedDevice continued(device, kEye ? 0 : cursor.sequence, cursor.token);
     if constexpr (kEye) device.begin(config.cycles());
     close_loop(config, controller, continued, supervisor, timed, context, treatment);
-    if (timed) treatment.timing = continued.timing();
   };
   if (!config.safety.supervised) {
     Unsupervised none;

@@ -1,9 +1,12 @@
-// Role: online; what `treat` sees of its loop: durations into histograms, records into the log and
-// to who looks on, the treatment's goal. Used by run. Source: docs/realtime.md. Real time: all
-// calls of the loop are noexcept, bounded, allocation-free. Threads: the loop's.
+// Role: online; what `treat` sees of its loop: durations, records into the log and to who looks on,
+// progress, the treatment's goal and a stop flag. Used by run. Source: docs/realtime.md. Real time:
+// all calls of the loop are noexcept, bounded, allocation-free. Threads: the loop's.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "photocoag/core/duration_histogram.hpp"
 #include "photocoag/log/ring.hpp"
@@ -24,18 +27,34 @@ struct CycleHistograms {
   DurationHistogram slack;      ///< from the end of the write to the next deadline
 };
 
-/// In virtual time: goal only.
+/// The same in ns, cycle by cycle.
+struct LoopTiming {
+  std::vector<std::int64_t> wake_late;
+  std::vector<std::int64_t>
+      cycle;  ///< all work from the wake-up on: a simulated eye's and the log's
+};
+
+/// Where it all goes, and what may end it. Pointers may be null.
+struct Watch {
+  const std::atomic<bool>* stop = nullptr;
+  std::atomic<std::size_t>* progress = nullptr;  ///< finished cycles
+  LogWriter* log = nullptr;
+  SpscRing<LogRecord>* live = nullptr;  ///< what finds it full is dropped
+  GoalWatch goal = {};
+};
+
 class TreatmentObserver {
  public:
-  /// log, live: may be null. timed: the device's clock is the monotonic one.
-  TreatmentObserver(double period, bool timed, LogWriter* log, const GoalWatch& goal = {},
-                    SpscRing<LogRecord>* live = nullptr)
-      : goal_(goal),
+  /// timed: cycles whose durations there is room for; 0: the device's clock is not the monotonic
+  /// one.
+  TreatmentObserver(double period, std::size_t timed, Watch watch)
+      : watch_(watch),
         period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)),
-        timed_(timed),
-        log_(log),
-        live_(live),
-        histograms_(timed ? period : 0.0) {}
+        timed_(timed > 0),
+        histograms_(timed_ ? period : 0.0) {
+    timing_.wake_late.reserve(timed);
+    timing_.cycle.reserve(timed);
+  }
 
   void woke(const DeviceSample&) noexcept {
     decided_ns_ = 0;
@@ -48,24 +67,36 @@ class TreatmentObserver {
     if (timed_) written_ns_ = monotonic_ns();
   }
   void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
-    if (!timed_ && log_ == nullptr && live_ == nullptr) return;
+    if (watch_.progress != nullptr) {
+      watch_.progress->store(static_cast<std::size_t>(record.cycle) + 1, std::memory_order_relaxed);
+    }
+    if (!timed_ && watch_.log == nullptr && watch_.live == nullptr) return;
     LogRecord logged(record, end);
     if (timed_) measure(end.sample, logged);
-    if (log_ != nullptr) log_->record(logged);
-    if (live_ != nullptr) live_->push(logged);  // full: the onlooker sees a gap
+    if (watch_.log != nullptr) watch_.log->record(logged);
+    if (watch_.live != nullptr) watch_.live->push(logged);  // full: the onlooker sees a gap
+    if (timed_ && decided_ns_ != 0) add(timing_.cycle, monotonic_ns() - end.sample.now_ns);
   }
   bool goal_reached(const CycleRecord& record) noexcept {
-    goal_.add(record.estimate.outputs.peak);
-    return goal_.reached();
+    watch_.goal.add(record.estimate.outputs.peak);
+    return watch_.goal.reached();
   }
-  const GoalWatch& goal() const noexcept { return goal_; }
+  bool stop_asked() noexcept {
+    return watch_.stop != nullptr && watch_.stop->load(std::memory_order_relaxed);
+  }
+  const GoalWatch& goal() const noexcept { return watch_.goal; }
+  const LoopTiming& timing() const noexcept { return timing_; }
 
   const CycleHistograms& histograms() const noexcept { return histograms_; }
 
  private:
+  static void add(std::vector<std::int64_t>& all, std::int64_t duration) noexcept {
+    if (all.size() < all.capacity()) all.push_back(duration);
+  }
   void measure(const DeviceSample& sample, LogRecord& logged) noexcept {
     logged.wake_late = sample.now_ns - sample.time_ns;
     histograms_.wake_late.add(logged.wake_late);
+    add(timing_.wake_late, logged.wake_late);
     if (decided_ns_ == 0) {  // nothing was written in this cycle
       histograms_.compute.skip();
       histograms_.write.skip();
@@ -80,12 +111,11 @@ class TreatmentObserver {
     histograms_.slack.add(logged.slack);
   }
 
-  GoalWatch goal_;
+  Watch watch_;
   std::int64_t period_ns_;
   bool timed_;
-  LogWriter* log_;
-  SpscRing<LogRecord>* live_;
   CycleHistograms histograms_;
+  LoopTiming timing_;
   std::int64_t woke_ns_ = 0;
   std::int64_t decided_ns_ = 0;
   std::int64_t written_ns_ = 0;

@@ -1,7 +1,6 @@
 #include "photocoag/run/replay.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <limits>
 #include <span>
@@ -27,8 +26,7 @@ ReplayOutcome compare_with(S supervisor, const Config& config, const ReducedMode
   BasicController<M> controller(model, config.control, config.estimator);
   ReplayDevice device(cycles);
   std::vector<CycleRecord> records(cycles.size());
-  std::atomic<std::size_t> progress{0};
-  run_loop(controller, device, supervisor, config.control.period, std::span(records), progress);
+  run_loop(controller, device, supervisor, config.control.period, std::span(records));
   return {.compared = device.compared(),
           .differs_at = std::min(device.differs_at(), device.compared())};
 }

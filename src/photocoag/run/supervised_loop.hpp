@@ -29,15 +29,21 @@ template <Controlling C, Device D, Supervision S>
 void close_loop(const Config& config, C& controller, D& device, S& supervisor, bool timed,
                 const LoopContext& context, Treatment& treatment) {
   const double period = config.control.period;
-  TreatmentObserver observer(period, timed, context.log, GoalWatch(config), context.onlooker.live);
+  TreatmentObserver observer(period, timed ? treatment.records.size() : 0,
+                             {.stop = &context.stop,
+                              .progress = &context.progress,
+                              .log = context.log,
+                              .live = context.onlooker.live,
+                              .goal = GoalWatch(config)});
   const auto begin = std::chrono::steady_clock::now();
   const PageFaults before = page_faults();
-  treatment.outcome = run_loop(controller, device, supervisor, period, std::span(treatment.records),
-                               context.progress, observer);
+  treatment.outcome =
+      run_loop(controller, device, supervisor, period, std::span(treatment.records), observer);
   treatment.page_faults = page_faults() - before;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   treatment.wall_seconds = wall.count();
   if (timed) treatment.histograms = observer.histograms();
+  treatment.timing = observer.timing();
   treatment.goal = observer.goal();
   treatment.records.resize(treatment.outcome.cycles);
 }

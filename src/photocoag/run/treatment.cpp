@@ -73,34 +73,32 @@ const Onlooker kNobody{};
 
 // In virtual time on this thread; paced by the clock on one of its own.
 template <Controlling C, Plant P, Supervision S>
-void pace_loop(const Config& config, C& controller, SimulatedEye<P>& eye, S& supervisor,
+void pace_loop(const Config& config, C& controller, P plant, S& supervisor,
                const Simulation& simulation, Treatment& treatment) {
   const double period = config.control.period;
   const LoopContext& context = simulation.context;
+  const EyeSettings settings = eye_settings(config, simulation.mismatch);
   if (simulation.pacing == Pacing::kVirtualTime) {
-    VirtualPace pace(context.stop);
-    PacedEye device(eye, pace, period);
+    SimulatedEye device(std::move(plant), config.plant.noise, config.run.seed, settings,
+                        VirtualPace(period));
     return close_loop(config, controller, device, supervisor, false, context, treatment);
   }
-  ClockPace pace(period, treatment.records.size(), context.stop);
-  PacedEye device(eye, pace, period);
+  SimulatedEye device(std::move(plant), config.plant.noise, config.run.seed, settings,
+                      ClockPace(period));
   std::thread([&] {
     treatment.scheduling = request_real_time(config.safety.core).describe();
-    pace.start();
+    device.pace().start();
     close_loop(config, controller, device, supervisor, true, context, treatment);
   }).join();
-  treatment.timing = pace.timing();
 }
 
 template <Controlling C, Plant P>
 void run(const Config& config, C& controller, P plant, const Simulation& simulation,
          Treatment& treatment) {
   const PlantMismatch& mismatch = simulation.mismatch;
-  SimulatedEye<P> eye(std::move(plant), config.plant.noise, config.run.seed,
-                      eye_settings(config, mismatch));
   if (!config.safety.supervised) {
     Unsupervised none;
-    return pace_loop(config, controller, eye, none, simulation, treatment);
+    return pace_loop(config, controller, std::move(plant), none, simulation, treatment);
   }
   const SafetyLimits limits = safety_limits(config);
   const SelfTestReport report = mismatch.self_test
@@ -108,7 +106,7 @@ void run(const Config& config, C& controller, P plant, const Simulation& simulat
                                     : passed_self_test(config.plant.noise);
   simulation.context.onlooker.tell(report, limits);
   Supervisor supervisor = begun_supervisor(limits, observer_model(config), report);
-  pace_loop(config, controller, eye, supervisor, simulation, treatment);
+  pace_loop(config, controller, std::move(plant), supervisor, simulation, treatment);
 }
 
 }  // namespace
