@@ -29,7 +29,6 @@
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/run/tissue_margin.hpp"
-#include "photocoag/run/treat_into.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
@@ -43,7 +42,7 @@ using namespace std::chrono_literals;
 struct Bench {
   Config config;
   Config controlled;  // with its margin
-  TreatmentPlace place;
+  DeviceAddress place;
   ModelStore& models;
   fs::path out;
   int spots = 0;
@@ -70,7 +69,7 @@ Treatment treat_spot(Bench& bench, Desk& desk, const fs::path& folder) {
 std::string write_spot(Bench& bench, const fs::path& folder, const Treatment& treatment) {
   try {
     write_run(folder, bench.config, treatment);
-    if (!bench.place.device || bench.place.device->eye()) {
+    if (bench.place.simulated()) {
       write_field(folder, bench.config, treatment, bench.models);
     }
     write_report(folder);
@@ -117,7 +116,7 @@ void spot(Bench& bench, Desk& desk) {
 
 // STANDBY, by a self-test where the eye is at hand.
 void prepare_spot(Bench& bench, Desk& desk) {
-  if (bench.place.device || !bench.config.safety.supervised) return desk.stand_by();
+  if (!bench.place.here() || !bench.config.safety.supervised) return desk.stand_by();
   desk.self_tested(self_test_eye(bench.controlled, true), safety_limits(bench.controlled));
 }
 
@@ -152,11 +151,9 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
 
 int run_console(const ConsoleOptions& options) {
   if (!options.session.empty()) return console_session(options);
-  TreatmentPlace place;
-  std::optional<DeviceAddress>& device = place.device;
-  if (!options.device.empty()) device = parse_device(options.device);
-  Config config = configured(use_of(place), options.config, options.set);
-  if (device) config = for_device(config, *device);
+  const DeviceAddress place =
+      options.device.empty() ? DeviceAddress() : parse_device(options.device);
+  const Config config = for_device(configured(use_of(place), options.config, options.set), place);
   if (!options.out.empty()) check_run_folder(options.out);
   require_real_time(config);
 
@@ -165,12 +162,12 @@ int run_console(const ConsoleOptions& options) {
     draw_progress("reducing", fraction, stage);
   });
   const ReducedModel& model = models.reduced();
-  if (config.plant.model == PlantModel::kFull && !device) models.plant_full();
+  if (config.plant.model == PlantModel::kFull && place.here()) models.plant_full();
   clear_progress();
   Config controlled = config;
   if (wants_margin(config)) controlled = backed_off(config, tissue_margin(config, model));
 
-  const ConsoleDevice what = console_device(config, device);
+  const ConsoleDevice what = console_device(config, place);
   Desk desk({.browser_starts = what.browser_starts,
              .foxglove = options.foxglove,
              .period = config.control.period,

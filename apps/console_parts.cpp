@@ -14,22 +14,22 @@
 namespace photocoag {
 namespace {
 
-std::string words_of(const Config& config, const std::optional<DeviceAddress>& device) {
-  if (!device) {
+std::string words_of(const Config& config, const DeviceAddress& place) {
+  if (place.here()) {
     return config.plant.model == PlantModel::kFull ? "simulated eye, full order"
                                                    : "simulated eye, reduced model";
   }
-  if (!device->eye()) return "driver " + device->path;
-  return device->own_process ? "simulated eye in a process of its own"
-                             : "simulated eye at " + device->path;
+  if (!place.eye()) return "driver " + place.path;
+  return place.own_process ? "simulated eye in a process of its own"
+                           : "simulated eye at " + place.path;
 }
 
 }  // namespace
 
-ConsoleDevice console_device(const Config& config, const std::optional<DeviceAddress>& device) {
-  return {.name = words_of(config, device),
-          .browser_starts = !device || device->eye(),
-          .self_test_first = !device};
+ConsoleDevice console_device(const Config& config, const DeviceAddress& place) {
+  return {.name = words_of(config, place),
+          .browser_starts = place.simulated(),
+          .self_test_first = place.here()};
 }
 
 ServerSettings console_settings(const ConsoleOptions& options) {

@@ -17,7 +17,7 @@ namespace photocoag {
 /// Between two looks at the terminal, the server and signals while nothing is treated.
 inline constexpr std::chrono::milliseconds kConsoleLook{50};
 
-ConsoleDevice console_device(const Config& config, const std::optional<DeviceAddress>& device);
+ConsoleDevice console_device(const Config& config, const DeviceAddress& place);
 
 /// With a new token.
 ServerSettings console_settings(const ConsoleOptions& options);

@@ -270,7 +270,7 @@ class SessionBench {
 int console_session(const ConsoleOptions& options) {
   const Session session = load_session(options.session);
   begin_session(options.out, session);
-  const ConsoleDevice device = console_device(session.configs.front(), session.place.device);
+  const ConsoleDevice device = console_device(session.configs.front(), session.place);
   Desk desk({.browser_starts = device.browser_starts,
              .foxglove = options.foxglove,
              .period = shortest_period(session),

@@ -23,12 +23,10 @@
 #include "photocoag/core/stop_signal.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/run/device_config.hpp"
-#include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
-#include "photocoag/run/treat_into.hpp"
 #include "photocoag/run/treatment.hpp"
 #include "progress.hpp"
 
@@ -123,27 +121,25 @@ void print_margin(const TissueMargin& margin, const Config& controlled) {
       margin.peak_protected);
 }
 
-int run(const RunOptions& options, Pacing pacing) {
+int run(const RunOptions& options, DeviceAddress place) {
   std::vector<std::string> overrides = options.set;
   if (!options.seed.empty()) overrides.push_back("run.seed=" + options.seed);
-  TreatmentPlace place{.pacing = pacing, .faults = options.faults};
-  if (!options.device.empty()) place.device = parse_device(options.device);
-  const std::optional<DeviceAddress>& device = place.device;
-  Config config = configured(use_of(place), options.config, overrides);
-  if (device) config = for_device(config, *device);
-  if (!options.faults.empty() && !(device && device->own_process)) {
+  place.faults = options.faults;
+  const bool paced = place.kind != DeviceAddress::Kind::kVirtual;
+  const Config config = for_device(configured(use_of(place), options.config, overrides), place);
+  if (!options.faults.empty() && !place.own_process) {
     throw Error(ErrorParts{.where = "--fault", .accepted = "together with --device eye"});
   }
   if (!options.out.empty()) check_run_folder(options.out);
-  if (pacing == Pacing::kClock) require_real_time(config);
+  if (paced) require_real_time(config);
 
   say("photocoag {}: {}\n", version(), kResearchNotice);
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
-  if (config.plant.model == PlantModel::kFull && !device) models.plant_full();
+  if (config.plant.model == PlantModel::kFull && place.here()) models.plant_full();
   clear_progress();
   print_error_report(model);
-  if (device) {
+  if (!place.here()) {
     say("device    {}\n", options.device);
   } else {
     say("eye       {}, absorption factor {:g} (the controller is not told)\n",
@@ -161,7 +157,7 @@ int run(const RunOptions& options, Pacing pacing) {
   }
   if (!config.safety.supervised) {
     say("WARNING   no supervisor (safety.supervisor = off)\n");
-  } else if (pacing == Pacing::kClock && config.safety.real_time == RealTimeMode::kObserve) {
+  } else if (paced && config.safety.real_time == RealTimeMode::kObserve) {
     say("observe   real time is not enforced: for a simulated eye only\n");
   }
 
@@ -173,14 +169,13 @@ int run(const RunOptions& options, Pacing pacing) {
   std::atomic<std::size_t> done{0};
   Treatment treatment;
   {
-    const ProgressMeter meter(pacing == Pacing::kClock ? "treating" : "simulating", done,
-                              config.cycles());
+    const ProgressMeter meter(paced ? "treating" : "simulating", done, config.cycles());
     treatment = treat_into(folder, controlled, place, models, stop_requested(), done);
   }
   bool complete = true;
   try {
     write_run(folder, config, treatment);
-    if (!device || device->eye()) write_field(folder, config, treatment, models);
+    if (place.simulated()) write_field(folder, config, treatment, models);
     write_report(folder);
   } catch (const Error& error) {
     complete = false;  // the treatment is over: what could be written is there
@@ -188,8 +183,8 @@ int run(const RunOptions& options, Pacing pacing) {
   }
   print_outcome(config, treatment, folder);
   const bool good = !treatment.outcome.stopped && complete && treatment.log.trouble.empty();
-  const bool fault = device && is_device_fault(treatment.outcome.safety.reason);
-  return with_json(options.json, pacing == Pacing::kClock ? "treat" : "simulate",
+  const bool fault = !place.here() && is_device_fault(treatment.outcome.safety.reason);
+  return with_json(options.json, paced ? "treat" : "simulate",
                    fault  ? kExitDeviceFault
                    : good ? 0
                           : 1,
@@ -198,14 +193,14 @@ int run(const RunOptions& options, Pacing pacing) {
 
 int treat(const RunOptions& options) {
   try {
-    return run(options, Pacing::kClock);
+    return run(options, options.device.empty() ? DeviceAddress() : parse_device(options.device));
   } catch (const DeviceError& error) {
     say("photocoag: {}\n", error.what());
     return kExitDeviceFault;
   }
 }
 
-int simulate(const RunOptions& options) { return run(options, Pacing::kVirtualTime); }
+int simulate(const RunOptions& options) { return run(options, virtual_eye()); }
 
 void add_run(CLI::App& command, RunOptions& options) {
   add_common(command, options);

@@ -188,7 +188,7 @@ std::shared_ptr<OwnedRun> treat(const OwnedConfig& owned, bool use_cache) {
     std::atomic<std::size_t> progress{0};
     const std::lock_guard lock(run->models->mutex);
     run->treatment =
-        run_treatment(run->controlled, *run->models->store, Pacing::kClock, stop, progress);
+        run_treatment(run->controlled, *run->models->store, DeviceAddress(), stop, progress);
   });
   return run;
 }

@@ -17,7 +17,7 @@ struct Eye {
 
   Treatment treat(const std::atomic<bool>& stop, const Onlooker& onlooker = {}) {
     std::atomic<std::size_t> done{0};
-    return run_treatment(config, models, Pacing::kVirtualTime, stop, done, {}, {}, onlooker);
+    return run_treatment(config, models, virtual_eye(), stop, done, {}, {}, onlooker);
   }
 };
 

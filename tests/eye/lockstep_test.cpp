@@ -62,8 +62,7 @@ TEST_P(Lockstep, TheSelfTestSeesTheWatchdogTrip) {
   device.follow_in_lockstep();
   device.prepare(GrueneisenCurve(water_like_curve()), {}, 100);
   device.begin(0);
-  DeviceCursor cursor;
-  const SelfTestReport report = self_test(device, ControlSettings{}, true, cursor);
+  const SelfTestReport report = self_test(device, ControlSettings{}, true);
   EXPECT_EQ(report.samples, 64);
   EXPECT_TRUE(report.watchdog_tripped);
   const std::vector<std::string> failed = failed_items(report, SafetyLimits{});

@@ -173,7 +173,8 @@ HeapUse use_of_loop(C pace) {
       use_of([&] { run_loop(controller, device, supervisor, 1e-3, std::span(records), observer); });
   EXPECT_EQ(log.close().produced, 20u);
   EXPECT_EQ(progress.load(), 20u);
-  EXPECT_EQ(observer.timing().cycle.size(), 10u) << "no more than there is room for";
+  EXPECT_FALSE(observer.timing().cycle.empty());
+  EXPECT_LE(observer.timing().cycle.size(), 10U) << "no more than there is room for";
   return use;
 }
 

@@ -32,10 +32,10 @@ inline ModelStore& default_models(double period) {
 }
 
 inline Treatment treat(const Config& config, ModelStore& models,
-                       Pacing pacing = Pacing::kVirtualTime) {
+                       const DeviceAddress& place = virtual_eye()) {
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
-  return run_treatment(config, models, pacing, stop, progress);
+  return run_treatment(config, models, place, stop, progress);
 }
 
 inline Treatment treat(const Config& config) {

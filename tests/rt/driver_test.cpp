@@ -103,6 +103,28 @@ TEST(Driver, WithoutFreshTokensItsWatchdogSwitchesOff) {
   EXPECT_EQ(device.write_power(0.02, 2), DeviceStatus::kGood);
 }
 
+// Numbered by the waits instead of by the driver's samples, every sample of the treatment would be
+// one period old for ever.
+TEST(Driver, AfterASelfTestSamplesAreCountedAnewAlsoIfAWaitBroughtNone) {
+  DriverDevice device(PHOTOCOAG_RUDE_DRIVER, "slow", kPeriod);
+  EXPECT_EQ(device.wait_sample(0).status, DeviceStatus::kTimeout);
+  EXPECT_EQ(device.wait_sample(1).sequence, 1U);
+  EXPECT_EQ(device.wait_sample(2).sequence, 2U);
+  device.begin();
+  EXPECT_EQ(device.wait_sample(0).sequence, 1U);
+  EXPECT_EQ(device.wait_sample(1).sequence, 2U);
+}
+
+TEST(Driver, AfterASelfTestTokensAreCountedAnew) {
+  DriverDevice device(PHOTOCOAG_EXAMPLE_DRIVER, "", kPeriod);
+  EXPECT_EQ(device.write_power(0.0, 1), DeviceStatus::kGood);
+  EXPECT_EQ(device.write_power(0.0, 2), DeviceStatus::kGood);
+  EXPECT_NE(device.write_power(0.0, 1), DeviceStatus::kGood) << "an old token";
+  EXPECT_EQ(device.write_power(0.0, 3), DeviceStatus::kGood);
+  device.begin();
+  EXPECT_EQ(device.write_power(0.0, 1), DeviceStatus::kGood);
+}
+
 TEST(Driver, SafeOffOpensTheInterlockForGood) {
   DriverDevice device(PHOTOCOAG_EXAMPLE_DRIVER, "", kPeriod);
   device.safe_off();

@@ -1,9 +1,10 @@
 /* A driver whose every call leaves the floating-point environment changed: another rounding, traps,
  * denormals flushed. Settings: "die=FILE": the third sample divides by zero with traps enabled;
- * safe_off writes FILE. */
+ * safe_off writes FILE; "slow": the first wait brings none. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <fenv.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -16,6 +17,7 @@
 
 static char mark[4096];
 static uint64_t samples;
+static bool slow;
 
 static void disturb(void) {
   fesetround(FE_UPWARD);
@@ -30,6 +32,7 @@ static int32_t rude_open(void** device, const char* settings, char* message, uin
   (void)size;
   const char* found = strstr(settings, "die=");
   snprintf(mark, sizeof mark, "%s", found != NULL ? found + 4 : "");
+  slow = strstr(settings, "slow") != NULL;
   samples = 0;
   *device = mark;
   disturb();
@@ -50,6 +53,11 @@ static int32_t rude_wait_sample(void* device, int64_t deadline_ns, photocoag_sam
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   sample->sequence = ++samples;
+  if (slow) {
+    slow = false;
+    --samples;
+    return PHOTOCOAG_TIMEOUT;
+  }
   volatile double zero = 0.0;
   volatile double infinite = 0.0;
   if (mark[0] != '\0' && samples == 3) infinite = 1.0 / zero;

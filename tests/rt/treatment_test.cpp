@@ -21,7 +21,7 @@ TEST(PacedTreatment, HasTheRecordsOfVirtualTimeIfNothingOverran) {
   const Treatment expected = treat(c.config, c.models);
   // On a busy machine some attempts overrun; that is no fault of the program.
   for (int attempt = 0; attempt < 20; ++attempt) {
-    const Treatment paced = treat(c.config, c.models, Pacing::kClock);
+    const Treatment paced = treat(c.config, c.models, DeviceAddress());
     // A very busy machine: the supervisor has stopped for overruns.
     if (paced.outcome.safety.reason == SafetyReason::kOverrun) continue;
     ASSERT_EQ(paced.records.size(), 30u) << "overrun or not, every cycle is recorded";
@@ -53,7 +53,7 @@ TEST(PacedTreatment, AStopFromAnotherThreadEndsAtZero) {
     while (progress.load() < 5) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     stop = true;
   });
-  const Treatment treatment = run_treatment(c.config, c.models, Pacing::kClock, stop, progress);
+  const Treatment treatment = run_treatment(c.config, c.models, DeviceAddress(), stop, progress);
   user.join();
   EXPECT_TRUE(treatment.outcome.stopped);
   ASSERT_GE(treatment.records.size(), 6u);

@@ -13,12 +13,12 @@
 namespace photocoag::testing {
 namespace {
 
-Treatment logged_treatment(const std::filesystem::path& folder, const Config& config, Pacing pacing,
-                           LogOptions options = {}) {
+Treatment logged_treatment(const std::filesystem::path& folder, const Config& config,
+                           const DeviceAddress& place, LogOptions options = {}) {
   ModelStore models(config, true);
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
-  return run_treatment(config, models, pacing, stop, progress, folder / "log", std::move(options));
+  return run_treatment(config, models, place, stop, progress, folder / "log", std::move(options));
 }
 
 const std::vector<std::string> kShort = {"run.duration_ms=40", "grid.min_cells=2000"};
@@ -26,7 +26,7 @@ const std::vector<std::string> kShort = {"run.duration_ms=40", "grid.min_cells=2
 TEST(CycleLog, HoldsEveryCycleOfAPacedTreatment) {
   const TemporaryFolder folder;
   const Config config = shipped("paper-1khz.toml", kShort);
-  const Treatment treatment = logged_treatment(folder.path(), config, Pacing::kClock);
+  const Treatment treatment = logged_treatment(folder.path(), config, DeviceAddress());
   const LogContent log = read_segments(segments_of(folder.path()));
   EXPECT_TRUE(log.closed);
   EXPECT_EQ(treatment.log.totals.produced, treatment.records.size());
@@ -47,7 +47,7 @@ TEST(CycleLog, HoldsEveryCycleOfAPacedTreatment) {
 TEST(CycleLog, ChangesNoPower) {
   const TemporaryFolder folder;
   const Config config = shipped("paper-1khz.toml", kShort);
-  const Treatment with = logged_treatment(folder.path(), config, Pacing::kVirtualTime);
+  const Treatment with = logged_treatment(folder.path(), config, virtual_eye());
   ModelStore models(config, true);
   EXPECT_TRUE(same(with.records, treat(config, models).records));
 }
@@ -57,7 +57,7 @@ TEST(CycleLog, MakesTheRunFolderAgain) {
   const Config config = shipped("paper-1khz.toml", kShort);
   std::ofstream(folder.path() / "config.toml") << to_toml(config);
   EXPECT_THROW(recover_run(folder.path()), Error) << "no log yet";
-  const Treatment treatment = logged_treatment(folder.path(), config, Pacing::kVirtualTime);
+  const Treatment treatment = logged_treatment(folder.path(), config, virtual_eye());
   recover_run(folder.path());
   std::ifstream csv(folder.path() / "run.csv");
   const std::string text{std::istreambuf_iterator<char>(csv), {}};
@@ -100,7 +100,7 @@ TEST(CycleLog, AFullDiskIsAnAlarmAndNothingElse) {
   const Config config = shipped("paper-1khz.toml", kShort);
   int calls = 0;
   const Treatment treatment =
-      logged_treatment(folder.path(), config, Pacing::kVirtualTime,
+      logged_treatment(folder.path(), config, virtual_eye(),
                        {.write = [&](int file, const void* bytes, std::size_t size) -> ssize_t {
                          if (calls++ == 0) return ::write(file, bytes, size);
                          errno = ENOSPC;

@@ -37,7 +37,7 @@ Treatment on_filling_disk(const Config& config, ModelStore& models, const fs::pa
     }
     return ::write(file, bytes, size);
   }};
-  return run_treatment(config, models, Pacing::kVirtualTime, stop, progress, run / "log",
+  return run_treatment(config, models, virtual_eye(), stop, progress, run / "log",
                        std::move(options));
 }
 

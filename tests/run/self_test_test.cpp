@@ -53,14 +53,10 @@ struct SlowToBegin {
   void safe_off() noexcept {}
 };
 
-// The treatment's samples are numbered from the device's last one: numbered by the waits, every
-// sample would be one period old for ever.
-TEST(SelfTest, KnowsTheDevicesLastSampleAlsoIfAWaitBroughtNone) {
+TEST(SelfTest, AWaitWithoutASampleIsNoSample) {
   SlowToBegin device;
-  DeviceCursor cursor;
-  self_test(device, ControlSettings{}, true, cursor);
-  EXPECT_EQ(cursor.sequence, device.sequence);
-  EXPECT_EQ(cursor.cycles, device.sequence + 1);
+  EXPECT_EQ(self_test(device, ControlSettings{}, true).samples, 64);
+  EXPECT_EQ(static_cast<std::uint64_t>(device.waits), device.sequence + 1);
 }
 
 TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {

@@ -38,7 +38,7 @@ TEST_F(SessionFile, SpotsHaveTheirOwnReferenceGoalAndEye) {
   EXPECT_DOUBLE_EQ(session.spots[2].y, -200e-6);
   EXPECT_EQ(session.configs[2].plant.absorption_factor, 0.5);
   EXPECT_NE(session.configs[0].run.seed, session.configs[1].run.seed);
-  EXPECT_EQ(session.place.pacing, Pacing::kVirtualTime);
+  EXPECT_EQ(session.place.kind, DeviceAddress::Kind::kVirtual);
 }
 
 TEST_F(SessionFile, AGridIsCentredAndNamedByRowAndColumn) {

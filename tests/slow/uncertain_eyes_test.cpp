@@ -74,7 +74,7 @@ std::pair<double, int> with_samples_a_fifth_too_low(const std::string& config) {
     ModelStore models(eye, true);
     const std::atomic<bool> stop{false};
     std::atomic<std::size_t> progress{0};
-    const Treatment treatment = run_treatment(eye, models, Pacing::kVirtualTime, stop, progress);
+    const Treatment treatment = run_treatment(eye, models, virtual_eye(), stop, progress);
     for (const CycleRecord& cycle : treatment.records) peak = std::max(peak, cycle.truth.peak);
     stopped += treatment.outcome.stopped ? 1 : 0;
   }

@@ -1,6 +1,6 @@
-// Role: simulation; a plant and a controller behind plain functions, for parts that are written
-// after the loop was compiled (the Python package). Used by run. Units: SI. Real time: none is
-// promised for what stands behind the functions.
+// Role: simulation; a plant and a controller behind plain functions: one loop is compiled for all
+// plants, and parts may be written after it was (the Python package). Used by run. Units: SI. Real
+// time: none is promised for what stands behind the functions.
 #pragma once
 
 #include <optional>
@@ -20,15 +20,22 @@ class OwnPlant {
   explicit OwnPlant(P& plant)
       : plant_(&plant),
         step_([](void* p, double power) noexcept { static_cast<P*>(p)->step(power); }),
-        outputs_([](void* p) noexcept { return static_cast<P*>(p)->outputs(); }) {}
+        outputs_([](void* p) noexcept { return static_cast<P*>(p)->outputs(); }),
+        sample_([](void* p, double at_the_end) noexcept {
+          return sample_of(*static_cast<const P*>(p), at_the_end);
+        }) {}
 
   void step(double power) noexcept { step_(plant_, power); }
   Outputs outputs() const noexcept { return outputs_(plant_); }
+  friend double sample_of(const OwnPlant& own, double at_the_end) noexcept {
+    return own.sample_(own.plant_, at_the_end);
+  }
 
  private:
   void* plant_;
   void (*step_)(void*, double) noexcept;
   Outputs (*outputs_)(void*) noexcept;
+  double (*sample_)(void*, double at_the_end) noexcept;
 };
 
 /// A controller elsewhere, see Controlling. Copies share it.

@@ -16,4 +16,14 @@ concept Plant = requires(P plant, const P& constant, double power) {
   noexcept->std::same_as<Outputs>;
 };
 
+/// What a sample shows of a period: `at_the_end`, or what the plant itself says.
+template <Plant P>
+double sample_of(const P& plant, double at_the_end) noexcept {
+  if constexpr (requires { plant.sample(); }) {
+    return plant.sample();
+  } else {
+    return at_the_end;
+  }
+}
+
 }  // namespace photocoag

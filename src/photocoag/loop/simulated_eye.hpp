@@ -93,7 +93,7 @@ class SimulatedEye {
     const double noise = noise_ * standard_normal(seed_, cycle, RandomStream::kMeasurementNoise);
     const bool silent = settings_.dark_is_silent && emitted == 0.0;
     const double seen =
-        settings_.sensor_gain * sampled(truth.volume) + settings_.sensor_offset + noise;
+        settings_.sensor_gain * sample_of(plant_, truth.volume) + settings_.sensor_offset + noise;
     return {.sample = {.volume_temperature = silent ? Sample{}.volume_temperature : seen,
                        .applied_power = settings_.readback ? emitted : commanded},
             .truth = truth};
@@ -143,15 +143,6 @@ class SimulatedEye {
   C& pace() noexcept { return pace_; }
 
  private:
-  // A plant may know what its sample shows instead of the temperature at the period's end.
-  double sampled(double at_the_end) const noexcept {
-    if constexpr (requires { plant_.sample(); }) {
-      return plant_.sample();
-    } else {
-      return at_the_end;
-    }
-  }
-
   P plant_;
   double noise_;
   std::uint64_t seed_;

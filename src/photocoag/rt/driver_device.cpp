@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -84,6 +85,11 @@ DriverDevice::~DriverDevice() {
   dlclose(library_);
 }
 
+void DriverDevice::begin() noexcept {
+  samples_before_ = sample_;
+  tokens_before_ = token_;
+}
+
 DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
   const KeptFloatingPoint kept;
   photocoag_sample answer{.volume_temperature = std::numeric_limits<double>::quiet_NaN(),
@@ -99,9 +105,10 @@ DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
   sample.stop_asked = answer.stop_asked != 0;
   sample.volume_temperature = answer.volume_temperature;
   sample.raw = answer.raw;
-  sample.sequence = answer.sequence;
+  sample.sequence = answer.sequence - std::min(answer.sequence, samples_before_);
   sample.time_ns = answer.time_ns;
   sample.now_ns = monotonic_ns();
+  if (sample.status == DeviceStatus::kGood) sample_ = answer.sequence;
   // A sample more than a period old is history: there is a newer one to fetch before any write.
   if (sample.status == DeviceStatus::kGood && sample.now_ns - sample.time_ns >= period_ns_) {
     const std::int64_t behind = (sample.now_ns - sample.time_ns) / period_ns_;
@@ -131,12 +138,13 @@ Readback DriverDevice::readback() noexcept {
 
 DeviceStatus DriverDevice::write_power(double power, std::uint64_t token) noexcept {
   const KeptFloatingPoint kept;
-  return status_of(table_->write_power(device_, power, token));
+  token_ = token + tokens_before_;
+  return status_of(table_->write_power(device_, power, token_));
 }
 
 void DriverDevice::heartbeat(std::uint64_t cycle) noexcept {
   const KeptFloatingPoint kept;
-  table_->heartbeat(device_, cycle);
+  table_->heartbeat(device_, cycle + samples_before_);
 }
 
 void DriverDevice::safe_off() noexcept {

@@ -26,6 +26,9 @@ class DriverDevice {
   std::string name() const { return table_->name; }
   bool simulated() const noexcept { return table_->simulated == 1; }
 
+  /// After a self-test: from now on cycles, samples and tokens are counted anew.
+  void begin() noexcept;
+
   /// At most one and a half periods. Every answer that is no known status counts as gone.
   DeviceSample wait_sample(std::uint64_t cycle) noexcept;
   Readback readback() noexcept;
@@ -38,6 +41,10 @@ class DriverDevice {
   const photocoag_driver_table* table_ = nullptr;
   void* device_ = nullptr;
   std::int64_t period_ns_;
+  std::uint64_t sample_ = 0;  // the driver's last
+  std::uint64_t token_ = 0;   // the last that it got
+  std::uint64_t samples_before_ = 0;
+  std::uint64_t tokens_before_ = 0;
 };
 static_assert(Device<DriverDevice>);
 

@@ -1,5 +1,6 @@
 #include "photocoag/run/device_address.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace photocoag {
@@ -20,28 +21,33 @@ std::size_t end_of_library(const std::string& text) {
 }  // namespace
 
 DeviceAddress parse_device(const std::string& text) {
-  DeviceAddress address;
   const std::size_t colon = text.find(':');
-  const std::string kind = text.substr(0, colon);
   std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
-  const bool bad = colon != std::string::npos && rest.empty();
-  if (kind == "driver" && !rest.empty() && rest.front() != ',') {
-    address.kind = DeviceAddress::Kind::kDriver;
-    const std::size_t comma = end_of_library(rest);
-    address.path = rest.substr(0, comma);
-    if (comma < rest.size()) address.settings = rest.substr(comma + 1);
-    return address;
+  const auto* word = std::find_if(
+      kDeviceWords.begin(), kDeviceWords.end(),
+      [name = text.substr(0, colon)](const DeviceWord& one) { return one.word == name; });
+  const bool known = word != kDeviceWords.end();
+  const bool no_path = rest.empty() || rest.front() == ',';
+  if (!known || (word->library ? no_path : rest.empty() && colon != std::string::npos)) {
+    throw Error(
+        ErrorParts{.where = "--device", .found = text, .accepted = std::string(kDeviceForms)});
   }
-  if ((kind != "eye" && kind != "eye+socket") || bad) {
-    throw Error(ErrorParts{
-        .where = "--device",
-        .found = text,
-        .accepted = "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]"});
+  DeviceAddress address{.kind = word->kind, .own_process = rest.empty(), .path = std::move(rest)};
+  if (word->library) {
+    const std::size_t comma = end_of_library(address.path);
+    if (comma < address.path.size()) {
+      address.settings = address.path.substr(comma + 1);
+      address.path.resize(comma);
+    }
   }
-  address.over_socket = kind == "eye+socket";
-  address.own_process = rest.empty();
-  address.path = rest;
   return address;
+}
+
+Use use_of(const DeviceAddress& place) noexcept {
+  for (const DeviceWord& word : kDeviceWords) {
+    if (word.kind == place.kind) return word.use;
+  }
+  return place.kind == DeviceAddress::Kind::kPaced ? Use::kTreat : Use::kSimulate;
 }
 
 }  // namespace photocoag

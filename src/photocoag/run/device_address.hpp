@@ -1,26 +1,61 @@
-// Role: the program; where a device is: `--device`. Used by run, apps. Source: docs/devices.md.
+// Role: the program; which device a treatment is on: `--device`, or the simulated eye of this
+// process. Used by run, session, apps. Source: docs/devices.md.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "photocoag/config/usage.hpp"
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
 
-/// "eye", "eye:SOCKET", "eye+socket[:SOCKET]", "driver:LIBRARY[,SETTINGS]". LIBRARY is the longest
-/// part before a comma that is a file: its path may hold commas.
 struct DeviceAddress {
-  enum class Kind { kEye, kDriver };
-  Kind kind = Kind::kEye;
-  bool own_process = false;  ///< an eye that the program starts and ends itself
-  bool over_socket = false;  ///< the eye's pulses come through the socket
-  std::string path;          ///< socket or library
-  std::string settings;      ///< of a driver
+  enum class Kind : std::uint8_t {
+    kVirtual,        ///< the simulated eye of this process in virtual time
+    kPaced,          ///< the same by the clock
+    kEye,            ///< the simulated eye of another process, through shared memory
+    kEyeOverSocket,  ///< the same through its socket
+    kDriver,         ///< a vendor's driver
+  };
+  Kind kind = Kind::kPaced;
+  bool own_process = false;              ///< an eye that the program starts and ends itself
+  std::string path = {};                 ///< socket or library
+  std::string settings = {};             ///< of a driver
+  std::vector<std::string> faults = {};  ///< of an eye that is started for this treatment
 
-  bool eye() const noexcept { return kind == Kind::kEye; }
+  bool here() const noexcept { return kind == Kind::kVirtual || kind == Kind::kPaced; }
+  bool eye() const noexcept { return kind == Kind::kEye || kind == Kind::kEyeOverSocket; }
+  bool simulated() const noexcept { return here() || eye(); }
 };
-/// Throws Error naming --device.
+
+/// The simulated eye of this process as fast as it can.
+inline DeviceAddress virtual_eye() { return {.kind = DeviceAddress::Kind::kVirtual}; }
+
+/// A device's word, WORD[:PATH[,SETTINGS]], and what the configuration is used for on it.
+struct DeviceWord {
+  std::string_view word;
+  DeviceAddress::Kind kind;
+  Use use;
+  bool library = false;  ///< it needs a path, and settings may follow
+};
+inline constexpr std::array kDeviceWords{
+    DeviceWord{"eye", DeviceAddress::Kind::kEye, Use::kTreatEye},
+    DeviceWord{"eye+socket", DeviceAddress::Kind::kEyeOverSocket, Use::kTreatEye},
+    DeviceWord{"driver", DeviceAddress::Kind::kDriver, Use::kTreatDriver, true},
+};
+inline constexpr std::string_view kDeviceForms =
+    "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]";
+
+/// kDeviceForms. LIBRARY is the longest part before a comma that is a file: its path may hold
+/// commas. Throws Error naming --device.
 DeviceAddress parse_device(const std::string& text);
+
+/// What the configuration is used for there.
+Use use_of(const DeviceAddress& place) noexcept;
 
 /// A device that is not there or fails: exit code 3.
 class DeviceError : public Error {

@@ -73,6 +73,7 @@ void require_plausible(const GrueneisenCurve& curve, const Config& config) {
 }
 
 Config for_device(Config config, const DeviceAddress& device) {
+  if (device.here()) return config;
   if (config.control.solver != SolverKind::kDense) {
     throw Error(ErrorParts{.key = "control.solver",
                            .problem = "a device is driven by the solver that is real-time safe",

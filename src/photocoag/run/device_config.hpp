@@ -14,8 +14,9 @@ namespace photocoag {
 /// % per K when cold.
 void require_plausible(const GrueneisenCurve& curve, const Config& config);
 
-/// The configuration adapted to a device: an eye's samples are means over pulses of the normalised
-/// volume temperature. Throws Error if that is not possible.
+/// The configuration adapted to a device: to the simulated eye of this process it is; an eye's
+/// samples are means over pulses of the normalised volume temperature. Throws Error if that is not
+/// possible.
 Config for_device(Config config, const DeviceAddress& device);
 
 /// s, that a simulated eye and its controller may stand still without real time.

@@ -15,34 +15,29 @@
 
 namespace photocoag {
 
-/// Position in a device's sequence of cycles, samples and tokens.
-struct DeviceCursor {
-  std::uint64_t cycles = 0;    ///< waited for, whether a sample came or not
-  std::uint64_t sequence = 0;  ///< of the last sample
-  std::uint64_t token = 0;
-};
-
 /// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW (less if the laser has
-/// less), and time to cool down. Throws DeviceError if the device vanishes.
+/// less), and time to cool down; in cycles from `first` on. Throws DeviceError if the device
+/// vanishes.
 template <Device D>
 SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has_room,
-                         DeviceCursor& cursor) {
+                         std::uint64_t first = 0) {
   constexpr std::size_t kSamples = 64;
   constexpr std::uint64_t kMostCycles = 512;
   const double little = std::min(1e-3, control.power_max);  // W
+  std::uint64_t cycle = first;
+  std::uint64_t token = 0;
   std::vector<double> baseline;
   double power_at_zero = 0.0;
   const auto wait = [&] {
-    const DeviceSample sample = device.wait_sample(cursor.cycles++);
+    const DeviceSample sample = device.wait_sample(cycle++);
     if (sample.status == DeviceStatus::kGone) {
       throw DeviceError(ErrorParts{.where = "self-test", .problem = "the device has vanished"});
     }
-    if (sample.status == DeviceStatus::kGood) cursor.sequence = sample.sequence;
     return sample;
   };
-  const auto write = [&](double power) { device.write_power(power, ++cursor.token); };
+  const auto write = [&](double power) { device.write_power(power, ++token); };
   write(0.0);
-  while (baseline.size() < kSamples && cursor.cycles < kMostCycles) {
+  while (baseline.size() < kSamples && cycle - first < kMostCycles) {
     const DeviceSample sample = wait();
     write(0.0);
     if (sample.periods_behind > 0) continue;

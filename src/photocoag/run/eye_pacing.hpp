@@ -1,5 +1,5 @@
 // Role: the program; whether a simulated eye's process follows the wall clock or its controller.
-// Used by device_treatment. Source: docs/devices.md, "Wall clock or lockstep".
+// Used by open_device. Source: docs/devices.md, "Wall clock or lockstep".
 #pragma once
 
 #include <string>

@@ -6,50 +6,47 @@
 #include <span>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/loop/treatment_loop.hpp"
-#if PHOTOCOAG_HAS_OSQP
-#include "photocoag/osqp/sparse.hpp"
-#endif
 #include "photocoag/rom/intersample.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/pulse_model.hpp"
 #include "photocoag/run/supervision.hpp"
 #include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treat.hpp"
 
 namespace photocoag {
 namespace {
 
-template <PredictiveController M, Supervision S>
-ReplayOutcome compare_with(S supervisor, const Config& config, const ReducedModel& model,
-                           std::span<const ReplayCycle> cycles) {
-  BasicController<M> controller(model, config.control, config.estimator);
-  ReplayDevice device(cycles);
-  std::vector<CycleRecord> records(cycles.size());
-  run_loop(controller, device, supervisor, config.control.period, std::span(records));
-  return {.compared = device.compared(),
-          .differs_at = std::min(device.differs_at(), device.compared())};
-}
+/// A recorded run: its device delivers what it delivered then.
+class OpenRecording {
+ public:
+  using Refusal = Error;
+  static constexpr bool kAnySolver = true;
 
-template <Supervision S>
-ReplayOutcome compare(S supervisor, const Config& config, const ReducedModel& model,
-                      std::span<const ReplayCycle> cycles) {
-#if PHOTOCOAG_HAS_OSQP
-  if (config.control.solver == SolverKind::kOsqp) {
-    return compare_with<SparseOsqpController>(supervisor, config, model, cycles);
-  }
-  if (config.control.solver == SolverKind::kOsqpCondensed) {
-    return compare_with<CondensedOsqpController>(supervisor, config, model, cycles);
-  }
-#endif
-  if (config.control.solver != SolverKind::kDense) {
-    throw Error({.key = "control.solver",
-                 .problem = "this build has no OSQP",
-                 .found = "a run with a solver that needs it",
-                 .accepted = "dense"});
-  }
-  return compare_with<ModelPredictiveController<DenseSolver>>(supervisor, config, model, cycles);
-}
+  OpenRecording(const Config& config, ReducedModel model, std::span<const ReplayCycle> cycles,
+                SafetyLimits limits, const ObserverModel& observer)
+      : noise_(config.plant.noise),
+        model_(std::move(model)),
+        device_(cycles),
+        limits_(limits),
+        observer_(observer) {}
+
+  ReplayDevice& device() noexcept { return device_; }
+  const ReducedModel& model() const noexcept { return model_; }
+  bool timed() const noexcept { return false; }
+  SafetyLimits limits() const noexcept { return limits_; }
+  ObserverModel observer() const noexcept { return observer_; }
+  SelfTestReport self_test(bool) const { return passed_self_test(noise_); }  // the run's was
+  void begin(std::size_t) noexcept {}
+  void finish(Treatment&) const noexcept {}
+
+ private:
+  double noise_;
+  ReducedModel model_;
+  ReplayDevice device_;
+  SafetyLimits limits_;
+  ObserverModel observer_;
+};
 
 }  // namespace
 
@@ -103,15 +100,16 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   if (pulses) feed = prompt_feedthrough(models.model_full(), models.reduced(), per_period);
   const ReducedModel model = pulses ? pulse_averaged_model(models.reduced(), per_period, feed)
                                     : told_of(models.reduced(), config.estimator.timing);
-  if (!config.safety.supervised) return compare(Unsupervised{}, config, model, cycles);
   // Only runs on a device say what was commanded.
   const bool device = run.has("power_command_W");
-  // The run has passed its self-test already.
-  Supervisor supervisor = begun_supervisor(
-      device ? device_limits(config) : safety_limits(config),
-      device ? device_observer(config, pulses ? per_period : 0) : observer_model(config),
-      passed_self_test(config.plant.noise));
-  return compare(supervisor, config, model, cycles);
+  OpenRecording open(
+      config, model, cycles, device ? device_limits(config) : safety_limits(config),
+      device ? device_observer(config, pulses ? per_period : 0) : observer_model(config));
+  Treatment treatment;
+  treatment.records.resize(cycles.size());
+  treat(config, open, {}, treatment);
+  return {.compared = open.device().compared(),
+          .differs_at = std::min(open.device().differs_at(), open.device().compared())};
 }
 
 }  // namespace photocoag

@@ -1,6 +1,7 @@
-// Role: the program's main job; one closed-loop treatment of a simulated eye from a configuration.
-// Used by `treat`, `simulate`, spots, margins, studies, campaigns: whatever closes the loop on a
-// simulated eye does it here, with any solver and estimator, supervised or not. Units: SI.
+// Role: the program's main job; one closed-loop treatment from a configuration, on whatever device.
+// Used by `treat`, `simulate`, console, session, spots, margins, studies, campaigns: whatever
+// closes the loop does it here, with any solver and estimator, supervised or not. The pipeline
+// itself is run/treat.hpp. Units: SI.
 #pragma once
 
 #include <atomic>
@@ -19,12 +20,11 @@
 #include "photocoag/loop/record.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
 #include "photocoag/rt/real_time.hpp"
+#include "photocoag/run/device_address.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/observer.hpp"
 
 namespace photocoag {
-
-enum class Pacing { kVirtualTime, kClock };
 
 /// How the crash-safe log ended.
 struct LogOutcome {
@@ -65,10 +65,6 @@ struct Onlooker {
   SpscRing<LogRecord>* live = nullptr;  ///< gets every cycle; what finds it full is dropped
   /// Before the loop, on its thread: what the self-test has found, passed or not. May be empty.
   std::function<void(const SelfTestReport&, const SafetyLimits&)> self_tested;
-
-  void tell(const SelfTestReport& report, const SafetyLimits& limits) const {
-    if (self_tested) self_tested(report, limits);
-  }
 };
 
 /// The self-test on the simulated eye of this process: samples of the cold eye at 0 W and a trip of
@@ -79,13 +75,27 @@ SelfTestReport self_test_eye(const Config& config, bool log_has_room);
 /// unless this machine grants SCHED_FIFO and locked memory to a new thread.
 void require_real_time(const Config& config);
 
-/// Builds plant and controller and runs the loop. In virtual time on the calling thread; paced by
-/// the clock on a thread of its own. `progress` counts cycles and may be read by another thread.
-/// Throws Error before the loop only. `log_folder`: where the crash-safe log goes; empty: none.
-Treatment run_treatment(const Config& config, ModelStore& models, Pacing pacing,
+/// Opens the device, tests it and treats. In virtual time on the calling thread, else on a thread
+/// of its own. `progress` counts cycles and may be read by another thread. Throws Error, of a
+/// device DeviceError, before the loop only. `log_folder`: where the crash-safe log goes; empty:
+/// none.
+Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAddress& place,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                         const std::filesystem::path& log_folder = {}, LogOptions log_options = {},
                         const Onlooker& onlooker = {});
+
+/// The same for a run folder that is there: by `controlled` (reference and limit backed off where a
+/// margin is wanted), with the log in `folder` unless in virtual time; an eye of its own is started
+/// with the folder's config.toml.
+Treatment treat_into(const std::filesystem::path& folder, const Config& controlled,
+                     const DeviceAddress& place, ModelStore& models, const std::atomic<bool>& stop,
+                     std::atomic<std::size_t>& progress, const Onlooker& onlooker = {});
+
+/// A device in the words of log and summary; empty: the simulated eye of this process.
+std::string describe(const DeviceAddress& place);
+
+/// True if the supervisor stopped for something that the device did.
+bool is_device_fault(SafetyReason reason) noexcept;
 
 /// The simulated eye's physics, one of the two.
 struct EyeModel {

@@ -9,8 +9,8 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/outputs.hpp"
-#include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {

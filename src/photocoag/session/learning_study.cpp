@@ -95,7 +95,7 @@ Means session_means(const Session& session, const std::vector<Config>& configs,
 }  // namespace
 
 LearningStudy learning_study(const Session& session, std::size_t count, bool use_cache) {
-  if (session.spots.size() < 2 || session.place.device) {
+  if (session.spots.size() < 2 || !session.place.here()) {
     throw Error(ErrorParts{.where = session.file,
                            .problem = "there is nothing to learn from",
                            .accepted = "--study of two spots or more on simulated eyes"});

@@ -11,11 +11,11 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/report/report.hpp"
 #include "photocoag/rt/eye_link.hpp"
-#include "photocoag/run/device_treatment.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/recover.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
+#include "photocoag/run/treatment.hpp"
 #include "photocoag/session/learning.hpp"
 
 namespace photocoag {
@@ -206,7 +206,7 @@ class Runner {
       models_ = std::make_unique<ModelStore>(config, options_.use_cache);
     }
     models_->reduced();
-    if (config.plant.model == PlantModel::kFull && !session_.place.device) models_->plant_full();
+    if (config.plant.model == PlantModel::kFull && session_.place.here()) models_->plant_full();
     return *models_;
   }
 
@@ -265,17 +265,17 @@ class Runner {
 
   AttemptOutcome treat_in_folder(const fs::path& folder) {
     const ClaimedFolder claimed = open_run_folder(folder, config_);
-    const std::optional<DeviceAddress>& device = session_.place.device;
+    const DeviceAddress& place = session_.place;
     // The laser has moved on to a place that nothing has heated.
-    if (device && device->eye() && !device->own_process) tell_eye(device->path, "cold");
+    if (place.eye() && !place.own_process) tell_eye(place.path, "cold");
     progress_ = 0;
-    const Treatment treatment = treat_into(folder, told_, session_.place, *models_, stop_,
-                                           progress_, options_.ask.onlooker);
+    const Treatment treatment =
+        treat_into(folder, told_, place, *models_, stop_, progress_, options_.ask.onlooker);
     if (options_.ask.treated) options_.ask.treated(config_, treatment, folder);
     AttemptOutcome outcome = outcome_of(config_, treatment);
     try {
       write_run(folder, config_, treatment);
-      if (!device || device->eye()) write_field(folder, config_, treatment, *models_);
+      if (place.simulated()) write_field(folder, config_, treatment, *models_);
       write_report(folder);
       if (!treatment.log.trouble.empty()) throw Error(treatment.log.trouble);
     } catch (const Error& error) {
@@ -301,7 +301,7 @@ class Runner {
 SessionResult run_session(const Session& session, const SessionOptions& options,
                           const std::atomic<bool>& stop, std::atomic<std::size_t>& progress) {
   const bool continued = fs::exists(options.out / kJournal);
-  if (session.place.pacing == Pacing::kClock) require_real_time_of(session);
+  if (session.place.kind != DeviceAddress::Kind::kVirtual) require_real_time_of(session);
   Runner runner(session, options, stop, progress);
   runner.was_continued(continued);
   return runner.run();

@@ -245,8 +245,7 @@ std::vector<Config> read_configs(Session& session) {
     std::vector<UnusedKey> unused;
     try {
       Config config = load_config(session.config_file, set, use, unused);
-      if (session.place.device) config = for_device(std::move(config), *session.place.device);
-      configs.push_back(std::move(config));
+      configs.push_back(for_device(std::move(config), session.place));
     } catch (const Error& error) {
       throw Error(ErrorParts{
           .where = fmt::format("{}: spot {}: {}", session.file, spot.name, error.parts().where),
@@ -277,10 +276,11 @@ void read_session_table(const Value* table, Session& session) {
   }
   session.set = keys.texts("set");
   session.device = keys.text("device");
-  if (!session.device.empty()) session.place.device = parse_device(session.device);
-  if (keys.choice("pacing", "clock", "virtual", false)) session.place.pacing = Pacing::kVirtualTime;
-  if (session.place.pacing == Pacing::kVirtualTime && session.place.device) {
-    refuse(keys.need("pacing"), "session.pacing", "\"clock\" on a device");
+  if (!session.device.empty()) session.place = parse_device(session.device);
+  if (keys.choice("pacing", "clock", "virtual", false)) {
+    if (!session.place.here())
+      refuse(keys.need("pacing"), "session.pacing", "\"clock\" on a device");
+    session.place = virtual_eye();
   }
   session.pause = keys.number("pause_ms", 0.0, 3.6e6).value_or(0.0) * 1e-3;
   session.seed = keys.count("seed", 0, 1'000'000'000'000).value_or(1);
@@ -316,8 +316,7 @@ void read_all(const Value& root, Session& session) {
   }
   session.shared = read_prior(root, kShared);
   session.varied = read_prior(root, kVaried);
-  const auto& device = session.place.device;
-  if (device && !device->own_process &&
+  if (!session.place.here() && !session.place.own_process &&
       !(session.shared.quantities.empty() && session.varied.quantities.empty())) {
     throw Error(ErrorParts{.where = session.file,
                            .key = "varied",

@@ -10,7 +10,7 @@
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/config/prior.hpp"
-#include "photocoag/run/treat_into.hpp"
+#include "photocoag/run/device_address.hpp"
 
 namespace photocoag {
 
@@ -37,7 +37,7 @@ struct Session {
   std::string config_file;
   std::vector<std::string> set;
   std::string device;  ///< as --device; empty: the simulated eye of this process
-  TreatmentPlace place;
+  DeviceAddress place;
   double pause = 0.0;  ///< s, between two spots
   std::uint64_t seed = 1;
   bool learn = false;            ///< earlier spots' alpha is the next one's prior

@@ -1,0 +1,197 @@
+// Role: the program; the built-in devices as a treatment finds them: what it must know of each
+// beyond the calls of the loop. Here, and nowhere else, a treatment on one differs from that on
+// another. Used by run. Source: docs/devices.md. Units: SI.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <optional>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/device/device.hpp"
+#include "photocoag/fom/sampled_plant.hpp"
+#include "photocoag/loop/own_parts.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/rom/intersample.hpp"
+#include "photocoag/rt/clock_pace.hpp"
+#include "photocoag/rt/driver_device.hpp"
+#include "photocoag/rt/eye_device.hpp"
+#include "photocoag/rt/last_resort.hpp"
+#include "photocoag/rt/real_time.hpp"
+#include "photocoag/run/configured_eye.hpp"
+#include "photocoag/run/device_address.hpp"
+#include "photocoag/run/eye_pacing.hpp"
+#include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/supervision.hpp"
+#include "photocoag/run/treatment.hpp"
+
+namespace photocoag {
+
+template <typename O>
+concept OpenDevice = requires(O open, const O& constant, bool log_has_room, std::size_t cycles,
+                              Treatment& treatment) {
+  typename O::Refusal;                             // Error of a self-test not passed
+  { O::kAnySolver } -> std::convertible_to<bool>;  // or `dense` alone
+  { open.device() } -> Device;
+  { constant.model() } -> std::same_as<const ReducedModel&>;  // what the controller is told
+  { constant.timed() } -> std::same_as<bool>;                 // its clock is the monotonic one
+  { constant.limits() } -> std::same_as<SafetyLimits>;
+  { constant.observer() } -> std::same_as<ObserverModel>;
+  { open.self_test(log_has_room) } -> std::same_as<SelfTestReport>;
+  open.begin(cycles);      // the next period is cycle 0
+  open.finish(treatment);  // what only the device knows
+};
+
+/// The simulated eye of this process; with a ClockPace by the clock.
+template <Pace C>
+class OpenSimulatedEye {
+ public:
+  using Refusal = Error;
+  static constexpr bool kAnySolver = true;
+  static constexpr bool kPaced = requires(C pace) { pace.start(); };
+
+  /// `config` and what `plant` refers to must outlive this. states: full-order, 0 of another plant.
+  OpenSimulatedEye(const Config& config, const ReducedModel& model, OwnPlant plant,
+                   std::size_t states, const PlantMismatch& mismatch)
+      : config_(config),
+        model_(told_of(model, config.estimator.timing)),
+        states_(states),
+        has_self_test_(mismatch.self_test),
+        device_(plant, config.plant.noise, config.run.seed, eye_settings(config, mismatch),
+                C(config.control.period)) {}
+
+  auto& device() noexcept { return device_; }
+  const ReducedModel& model() const noexcept { return model_; }
+  bool timed() const noexcept { return kPaced; }
+  SafetyLimits limits() const { return safety_limits(config_); }
+  ObserverModel observer() const { return observer_model(config_); }
+  SelfTestReport self_test(bool log_has_room) const {
+    return has_self_test_ ? self_test_eye(config_, log_has_room)
+                          : passed_self_test(config_.plant.noise);
+  }
+  void begin(std::size_t) noexcept {
+    if constexpr (kPaced) device_.pace().start();
+  }
+  void finish(Treatment& treatment) const noexcept { treatment.full_order_states = states_; }
+
+ private:
+  const Config& config_;
+  ReducedModel model_;
+  std::size_t states_;
+  bool has_self_test_;
+  SimulatedEye<OwnPlant, C> device_;
+};
+
+/// What the treatment's thread was granted, and how many cores the process had before.
+struct Granted {
+  RealTime real_time;
+  int cores = 0;
+};
+
+/// The simulated eye of another process: connected, its cold pulses measured, by the clock or in
+/// lockstep.
+class OpenEye {
+ public:
+  using Refusal = DeviceError;
+  static constexpr bool kAnySolver = false;
+
+  /// `config` must outlive this. Throws DeviceError; Error where a key of the configuration is bad.
+  OpenEye(const Config& config, DeviceAddress place, ModelStore& models, const Granted& granted);
+
+  EyeDevice& device() noexcept { return *device_; }
+  const ReducedModel& model() const noexcept { return *model_; }
+  bool timed() const noexcept { return !device_->in_lockstep(); }
+  SafetyLimits limits() const;
+  ObserverModel observer() const;
+  SelfTestReport self_test(bool log_has_room);
+  void begin(std::size_t cycles) { device_->begin(cycles); }
+  void finish(Treatment& treatment);
+
+ private:
+  const Config& config_;
+  DeviceAddress place_;
+  int pulses_;
+  EyePace pace_;
+  std::optional<ReducedModel> model_;
+  std::optional<EyeDevice> device_;
+  std::optional<LastResort<EyeDevice>> last_resort_;
+};
+
+/// A vendor's driver: loaded, its device open and armed at 0 W.
+class OpenDriver {
+ public:
+  using Refusal = DeviceError;
+  static constexpr bool kAnySolver = false;
+
+  /// `config` must outlive this. Throws DeviceError; Error where a key of the configuration is bad.
+  OpenDriver(const Config& config, const DeviceAddress& place, ModelStore& models);
+
+  DriverDevice& device() noexcept { return *device_; }
+  const ReducedModel& model() const noexcept { return model_; }
+  bool timed() const noexcept { return true; }
+  SafetyLimits limits() const;
+  ObserverModel observer() const;
+  SelfTestReport self_test(bool log_has_room);
+  void begin(std::size_t) noexcept { device_->begin(); }
+  void finish(Treatment& treatment) const;
+
+ private:
+  const Config& config_;
+  ReducedModel model_;
+  std::optional<DriverDevice> device_;
+  std::optional<LastResort<DriverDevice>> last_resort_;
+};
+
+/// use(open) with the simulated eye of this process: on a plant of one's own, or on `eye`.
+template <Pace C, typename Use>
+void with_simulated_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
+                        const PlantMismatch& mismatch, const std::optional<OwnPlant>& own,
+                        Use use) {
+  const auto with = [&](OwnPlant plant, std::size_t states) {
+    OpenSimulatedEye<C> open(config, model, plant, states, mismatch);
+    use(open);
+  };
+  if (own) return with(*own, 0);
+  const std::size_t states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
+  const auto with_ours = [&](auto plant) { with(OwnPlant(plant), states); };
+  if (eye.full && eye.sampled && !config.plant.bench.needs_intersample()) {
+    return with_ours(SampledPlant(*eye.full, config.plant.discretization, config.control.period,
+                                  config.plant.absorption(), config.cycles()));
+  }
+  with_plant(config, eye.full, eye.reduced, with_ours);
+}
+
+/// use(open) with the device at `place`, whose models are there already. Throws Error, of a device
+/// DeviceError.
+template <typename Use>
+void open_device(const Config& config, const DeviceAddress& place, ModelStore& models,
+                 const Granted& granted, Use use) {
+  using Kind = DeviceAddress::Kind;
+  const auto with_eye_here = [&]<Pace C>() {
+    EyeModel eye;
+    std::optional<ReducedModel> plant;
+    if (config.plant.model == PlantModel::kFull) {
+      eye.full = models.plant_full();
+    } else {
+      eye.reduced = &plant.emplace(models.plant_reduced());
+    }
+    with_simulated_eye<C>(config, models.reduced(), eye, {}, {}, use);
+  };
+  switch (place.kind) {
+    case Kind::kVirtual:
+      return with_eye_here.template operator()<VirtualPace>();
+    case Kind::kPaced:
+      return with_eye_here.template operator()<ClockPace>();
+    case Kind::kEye:
+    case Kind::kEyeOverSocket: {
+      OpenEye open(config, place, models, granted);
+      return use(open);
+    }
+    case Kind::kDriver: {
+      OpenDriver open(config, place, models);
+      return use(open);
+    }
+  }
+}
+
+}  // namespace photocoag
