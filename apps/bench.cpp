@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -273,31 +272,30 @@ int bench(const BenchOptions& options) {
 }
 
 const Command kBench(
-    "bench", "measure computation times on this machine", [](CLI::App& command, int& exit_code) {
+    "bench", "measure computation times on this machine", [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<BenchOptions>();
       command
           .add_option(
               "NAME", options->name,
               "cycle: one control cycle and one step of the eye; qp: every solver on recorded "
               "problems (the paper's Table 1); first-cycle: in 100 fresh processes")
-          ->required()
-          ->check(CLI::IsMember({"cycle", "qp", "first-cycle"}));
-      command
-          .add_option("--config", options->config, "cycle: one more row, for this configuration")
-          ->type_name("FILE");
+          .required()
+          .one_of({"cycle", "qp", "first-cycle"});
+      command.add_option("--config", options->config, "cycle: one more row, for this configuration")
+          .type_name("FILE");
       command.add_option("--set", options->set, "cycle: one key of that row, repeatable")
-          ->type_name("KEY=VALUE");
+          .type_name("KEY=VALUE");
       command.add_option("--json", options->json, "also write the numbers; - is standard output")
-          ->type_name("FILE");
+          .type_name("FILE");
       command.add_option("--svg", options->svg, "qp: also draw the medians over N")
-          ->type_name("FILE");
+          .type_name("FILE");
       command
           .add_option("--export", options->problems,
                       "qp: also write the recorded problems with their exact answers (JSON)")
-          ->type_name("FILE");
+          .type_name("FILE");
       command.add_option("--repetitions", options->repetitions, "qp: how often to time every step")
-          ->check(whole_number_from(1, 1000))
-          ->type_name("n");
+          .check(whole_number_from(1, 1000))
+          .type_name("n");
       command.add_flag("--one-process", options->one_process,
                        "first-cycle: measure in this process only, print microseconds");
       command.footer(footer(

@@ -1,7 +1,6 @@
 // `photocoag boundaries`: is the tissue large enough?
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -45,7 +44,7 @@ int boundaries(const CommonOptions& options) {
 
 const Command kBoundaries(
     "boundaries", "tell whether [tissue] is large enough: move each boundary out, compare the peak",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<CommonOptions>();
       add_common(command, *options);
       command.footer(

@@ -1,7 +1,6 @@
 // `photocoag calibrate`: a calibration curve from heating data.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "command.hpp"
@@ -72,26 +71,26 @@ int calibrate_command(const CalibrateOptions& options) {
 
 const Command kCalibrate(
     "calibrate", "fit the photoacoustic calibration curve to data of evenly warmed tissue",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<CalibrateOptions>();
       add_common(command, *options);
       command
           .add_option("DATA", options->data,
                       "CSV file with columns temperature_C, amplitude, energy_uJ")
-          ->type_name("FILE");
-      command.add_option("--out", options->out, "TOML file for the curve")->type_name("FILE");
+          .type_name("FILE");
+      command.add_option("--out", options->out, "TOML file for the curve").type_name("FILE");
       command
           .add_option("--degree", options->degree,
                       "of the polynomial; 0: the smallest of 1 to 3 that predicts well")
-          ->check(whole_number_from(0, 5))
-          ->type_name("d");
+          .check(whole_number_from(0, 5))
+          .type_name("d");
       command
           .add_option("--example", options->example,
                       "first write data of the simulated transducer to this file")
-          ->type_name("FILE");
+          .type_name("FILE");
       command.add_option("--rows", options->rows, "pulses of the example")
-          ->check(whole_number_from(8, 1000000))
-          ->type_name("n");
+          .check(whole_number_from(8, 1000000))
+          .type_name("n");
       command.footer(
           footer("  photocoag calibrate --example heating.csv\n"
                  "  photocoag calibrate heating.csv --out curve.toml\n"

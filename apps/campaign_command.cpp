@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -181,35 +180,35 @@ int campaign_command(const CampaignCommandOptions& options) {
 
 const Command kCampaign(
     "campaign", "thousands of virtual spots with random tissue, on all cores and machines",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<CampaignCommandOptions>();
-      command.add_option("FILE", options->file, "campaign file (TOML)")->required();
+      command.add_option("FILE", options->file, "campaign file (TOML)").required();
       command
           .add_option("--out", options->out,
                       "folder, new, empty, or that of the same campaign, which is continued")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.add_option("--threads", options->threads, "per rank; default: all cores it may use")
-          ->check(whole_number_from(1, 1024))
-          ->type_name("N");
+          .check(whole_number_from(1, 1024))
+          .type_name("N");
       command
           .add_option("--replay", options->replay,
                       "only this spot, to the bit, with a run folder and a report")
-          ->check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
-          ->type_name("SPOT");
+          .check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
+          .type_name("SPOT");
       command
           .add_option(
               "--estimate", options->estimate,
               "instead: of the first N spots, cycle by cycle, whether the estimated peak is as "
               "good as its stated deviation says, and as a batch estimate of all samples")
-          ->check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
-          ->excludes("--replay")
-          ->type_name("N");
+          .check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
+          .excludes("--replay")
+          .type_name("N");
       command
           .add_flag("--only-complete", options->only_complete,
                     "an interrupted campaign keeps its spots and writes no table and no report yet")
-          ->excludes("--replay")
-          ->excludes("--estimate");
-      add_json(command, options->json)->excludes("--estimate");
+          .excludes("--replay")
+          .excludes("--estimate");
+      add_json(command, options->json).excludes("--estimate");
       command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
       command.footer(fmt::format(
           "Examples:\n"

@@ -1,7 +1,6 @@
 // `photocoag certify`: the most active-set changes of `dense` for a configuration, proved.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -152,12 +151,12 @@ int certify_command(const CertifyCommandOptions& options) {
 
 const Command kCertify(
     "certify", "prove how many active-set changes the solver needs at most (horizons 2 to 5)",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<CertifyCommandOptions>();
       add_common(command, *options);
       add_cache(command, *options);
       const auto add_range = [&](const char* name, std::string& value, const char* what) {
-        command.add_option(name, value, what)->type_name("LOW,HIGH");
+        command.add_option(name, value, what).type_name("LOW,HIGH");
       };
       add_range("--alpha", options->absorption,
                 "absorption factors; default: the estimator's bounds");
@@ -169,14 +168,14 @@ const Command kCertify(
       add_range("--previous", options->previous,
                 "the power before, W, and the first cycle's reference power; default: all powers");
       command.add_option("--boxes", options->boxes, "most boxes to look at")
-          ->check(whole_number_from(1, 100'000'000))
-          ->capture_default_str()
-          ->type_name("n");
+          .check(whole_number_from(1, 100'000'000))
+          .show_default()
+          .type_name("n");
       command
           .add_option("--out", options->out,
                       "model file to write, with the proof in it; may be "
                       "model.file itself")
-          ->type_name("FILE");
+          .type_name("FILE");
       command.add_flag("--again", options->again, "even if model.file has the proof already");
       add_json(command, options->json);
       command.footer(

@@ -5,9 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace CLI {
-class App;
-}
+#include "command_line.hpp"
 
 namespace photocoag {
 
@@ -15,7 +13,7 @@ namespace photocoag {
 /// 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error (exit code 2).
 class Command {
  public:
-  using Configure = void (*)(CLI::App& command, int& exit_code);
+  using Configure = void (*)(CommandLine& command, int& exit_code);
 
   Command(const char* name, const char* description, Configure configure);
   Command(const Command&) = delete;
@@ -39,7 +37,17 @@ struct CommandGroup {
   std::vector<std::string_view> commands;
 };
 
-/// Adds all commands to the program in the order of the groups; what no group names comes last.
-void add_commands(CLI::App& app, const std::vector<CommandGroup>& groups, int& exit_code);
+/// What --help and --version say of the program.
+struct ProgramWords {
+  std::string name;
+  std::string description;
+  std::string footer;
+  std::function<std::string()> version;
+};
+
+/// Reads the arguments and runs the command they name; returns its exit code, 2 for bad usage. The
+/// commands come in the order of the groups; what no group names comes last.
+int run_program(const ProgramWords& words, const std::vector<CommandGroup>& groups, int argc,
+                char** argv);
 
 }  // namespace photocoag

@@ -1,7 +1,6 @@
 // `photocoag compare`: run folders, or campaigns, in one report.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -48,15 +47,15 @@ const Command kCompare(
     "compare",
     "several run folders in one report: one time axis, configuration differences; or several "
     "campaigns: violation against held temperature",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<CompareRunsOptions>();
       command
           .add_option("RUN", options->runs,
                       "run folders of treat or simulate, or folders of campaigns")
-          ->required();
+          .required();
       command
           .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.footer(
           footer("  photocoag compare runs/first runs/second --out runs/both\n"
                  "  photocoag compare runs/pareto-nominal runs/pareto-chance-1-percent"));

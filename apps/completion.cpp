@@ -1,6 +1,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iterator>
 #include <memory>
@@ -289,11 +290,11 @@ std::string completion(const CLI::App& app, std::string_view kind) {
 
 const Command kCompletion(
     "completion", "what a shell completes, commands, options and keys; or the manual page",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto kind = std::make_shared<std::string>();
       command.add_option("SHELL", *kind, "for this shell; man: the manual page")
-          ->required()
-          ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));
+          .required()
+          .one_of({"bash", "zsh", "fish", "man"});
       command.footer(fmt::format(
           "Examples:\n"
           "  source <(photocoag completion bash)         # in ~/.bashrc\n"
@@ -302,8 +303,8 @@ const Command kCompletion(
           "  photocoag completion man | man -l -\n"
           "Exit code: 0 good; 2 bad input.\n{}",
           kResearchNotice));
-      command.callback([&command, &exit_code, kind] {
-        write_output("-", completion(*command.get_parent(), *kind));
+      command.callback([&parser = command.parser(), &exit_code, kind] {
+        write_output("-", completion(*parser.get_parent(), *kind));
         exit_code = 0;
       });
     });

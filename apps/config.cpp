@@ -1,5 +1,4 @@
 // `photocoag config`: a configuration checked and printed; the schema.
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "command.hpp"
@@ -27,7 +26,7 @@ int print_config(const ConfigOptions& options) {
 
 const Command kConfig(
     "config", "check a configuration and print it complete and annotated",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ConfigOptions>();
       add_common(command, *options);
       command.add_flag("--schema", options->schema,

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 
@@ -187,39 +186,39 @@ int run_console(const ConsoleOptions& options) {
 
 const Command kConsole(
     "console", "treat live in the browser: a page on this machine alone, spot after spot",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ConsoleOptions>();
       add_common(command, *options);
       add_cache(command, *options);
-      CLI::Option* device =
+      const CommandOption device =
           command.add_option("--device", options->device, "as of treat; default: a simulated eye")
-              ->type_name("DEVICE");
+              .type_name("DEVICE");
       command
           .add_option(
               "--session", options->session,
               "the spots of a session file (docs/sessions.md) in the folder of --out, which "
               "is continued")
-          ->type_name("FILE")
-          ->excludes(device)
-          ->excludes("--config")
-          ->excludes("--set");
+          .type_name("FILE")
+          .excludes(device)
+          .excludes("--config")
+          .excludes("--set");
       command.add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
-          ->check(whole_number_from(0, 65535))
-          ->type_name("P");
-      CLI::Option* foxglove = command.add_flag(
+          .check(whole_number_from(0, 65535))
+          .type_name("P");
+      const CommandOption foxglove = command.add_flag(
           "--foxglove", options->foxglove,
           "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
       command
           .add_option("--foxglove-origin", options->foxglove_origins,
                       "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
-          ->type_name("ORIGIN")
-          ->allow_extra_args(false)
-          ->needs(foxglove);
+          .type_name("ORIGIN")
+          .one_value_each()
+          .needs(foxglove);
       command
           .add_option(
               "--out", options->out,
               "folder, new or empty, for the spots' run folders; default: new ones below runs/")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.footer(
           footer("  photocoag console\n"
                  "  photocoag console --port 8080 --set run.duration_ms=10000\n"

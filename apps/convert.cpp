@@ -1,7 +1,6 @@
 // `photocoag convert`: a run's log for other programs, and a run folder from its log.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -84,16 +83,16 @@ int convert_command(const ConvertOptions& options) {
 
 const Command kConvert(
     "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto convert_options = std::make_shared<ConvertOptions>();
       command.add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
-          ->required()
-          ->type_name("RUN|SEGMENT...");
+          .required()
+          .type_name("RUN|SEGMENT...");
       command.add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
-          ->type_name("FILE");
-      command.add_option("--hdf5", convert_options->hdf5, "HDF5 file to write")->type_name("FILE");
-      command.add_option("--mat", convert_options->mat, "MAT file to write")->type_name("FILE");
-      command.add_option("--mcap", convert_options->mcap, "MCAP file to write")->type_name("FILE");
+          .type_name("FILE");
+      command.add_option("--hdf5", convert_options->hdf5, "HDF5 file to write").type_name("FILE");
+      command.add_option("--mat", convert_options->mat, "MAT file to write").type_name("FILE");
+      command.add_option("--mcap", convert_options->mcap, "MCAP file to write").type_name("FILE");
       command.add_flag("--recover", convert_options->recover,
                        "write run.csv, summary.json and report.html from the log");
       command.footer(

@@ -1,7 +1,6 @@
 // `photocoag discretizations`: what implicit Euler and TR-BDF2 miss, as table, CSV and figure.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -137,11 +136,11 @@ int discretizations(const DiscretizationsOptions& options) {
 const Command kDiscretizations(
     "discretizations",
     "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<DiscretizationsOptions>();
       add_common(command, *options);
       command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.footer(
           footer("  photocoag discretizations --set plant.absorption_factor=0.7363\n"
                  "  photocoag discretizations --out runs/discretizations\n"

@@ -1,7 +1,6 @@
 // `photocoag driver-check`: does a vendor's driver keep what device/driver.h promises?
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -59,31 +58,31 @@ int run(const DriverCheckSettings& settings, bool json) {
 
 const Command kDriverCheck(
     "driver-check", "try every promise of device/driver.h with a vendor's driver",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto settings = std::make_shared<DriverCheckSettings>();
       const auto json = std::make_shared<bool>(false);
       const auto period_ms = std::make_shared<double>(1.0);
       const auto power_mW = std::make_shared<double>(1.0);
       command.add_option("LIBRARY", settings->library, "shared library of the driver")
-          ->required()
-          ->type_name("FILE");
+          .required()
+          .type_name("FILE");
       command
           .add_option("--settings", settings->settings,
                       "the driver's, as after the comma of "
                       "treat --device driver:LIBRARY,SETTINGS")
-          ->type_name("TEXT");
+          .type_name("TEXT");
       command.add_option("--failing", settings->failing, "settings with which it must not open")
-          ->type_name("TEXT");
+          .type_name("TEXT");
       command.add_option("--period-ms", *period_ms, "control period")
-          ->check(number_from(0.05, 100.0))
-          ->type_name("ms");
+          .check(number_from(0.05, 100.0))
+          .type_name("ms");
       command.add_option("--power-mW", *power_mW, "power where light is needed")
-          ->check(number_from(0.01, 1000.0))
-          ->type_name("mW");
+          .check(number_from(0.01, 1000.0))
+          .type_name("mW");
       command.add_option("--patience", settings->patience, "for each promise; then it is killed")
-          ->check(number_from(0.1, 3600.0))
-          ->type_name("s");
-      command.add_option("--only", settings->only, "one promise")->type_name("PROMISE");
+          .check(number_from(0.1, 3600.0))
+          .type_name("s");
+      command.add_option("--only", settings->only, "one promise").type_name("PROMISE");
       command.add_flag("--light", settings->light_allowed,
                        "the driver is not simulated: light may come out while it is tried");
       add_json(command, *json);

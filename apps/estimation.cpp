@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <iterator>
@@ -105,22 +104,21 @@ int estimation(const EstimationOptions& options) {
 
 const Command kEstimation(
     "estimation", "how large the estimator's errors are over many eyes, and whether it knows",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<EstimationOptions>();
       add_common(command, *options);
       add_cache(command, *options);
       command.add_option("--seeds", options->seeds, "treatments per scenario")
-          ->check(whole_number_from(1, 100000))
-          ->type_name("N");
+          .check(whole_number_from(1, 100000))
+          .type_name("N");
       command.add_option("--csv", options->csv, "also every cycle's figures; - is standard output")
-          ->type_name("FILE");
+          .type_name("FILE");
       command.add_flag(
           "--compare", options->compare,
           "instead: filter against moving horizon for one and two unknown absorption factors");
-      command
-          .add_option("--out", options->out, "with --compare: new folder for its CSV and figure")
-          ->needs("--compare")
-          ->type_name("DIR");
+      command.add_option("--out", options->out, "with --compare: new folder for its CSV and figure")
+          .needs("--compare")
+          .type_name("DIR");
       command.footer(footer(
           "  photocoag estimation\n"
           "  photocoag estimation --seeds 1000 --set estimator.power_process_noise_W=0\n"

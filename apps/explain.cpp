@@ -1,7 +1,6 @@
 // `photocoag explain`: what makes the paper's experiments come out as it says.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -58,13 +57,13 @@ int explain_command(const ExplainOptions& options) {
 
 const Command kExplain(
     "explain", "which bench, eye and tuning make the paper's experiments come out as it says",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ExplainOptions>();
       command.add_option("FILE", options->file, "the search; default: the shipped one")
-          ->type_name("FILE");
+          .type_name("FILE");
       command
           .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.add_flag("--quick", options->quick, "few repetitions, no sensitivity");
       command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
       command.footer(

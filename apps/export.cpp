@@ -2,7 +2,6 @@
 // for the validation powers, for other programs to reduce and to be measured against.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -152,21 +151,19 @@ int export_command(const ExportOptions& options) {
 
 const Command kExport(
     "export", "write the full-order model as sparse matrices (Matrix Market), for other programs",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ExportOptions>();
       add_common(command, *options);
-      command.add_option("--out", options->out, "folder, new or empty")
-          ->required()
-          ->type_name("DIR");
+      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
       command
-          .add_option_function<std::string>(
+          .add_text(
               "--alphas",
               [options](const std::string& text) {
                 options->absorption_factors = number_list("--alphas", text, 0.0, 10.0);
               },
               "absorption factors of the columns of B and the rows of C, by comma")
-          ->required()
-          ->type_name("a1,a2,...");
+          .required()
+          .type_name("a1,a2,...");
       command.footer(
           footer("  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
                  "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"

@@ -1,7 +1,6 @@
 // `photocoag export-c`: the controller of a configuration as C99.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -67,17 +66,15 @@ int export_c_command(const ExportCOptions& options) {
 
 const Command kExportC(
     "export-c", "write the controller as C99 for a microcontroller (without the supervisor)",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ExportCOptions>();
       add_common(command, *options);
       add_cache(command, *options);
-      command.add_option("--out", options->out, "folder, new or empty")
-          ->required()
-          ->type_name("DIR");
+      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
       command.add_flag("--float", options->single_precision, "single precision instead of double");
       command.add_option("--prefix", options->prefix, "of every name and file in C")
-          ->type_name("NAME")
-          ->capture_default_str();
+          .type_name("NAME")
+          .show_default();
       command.footer(
           footer("  photocoag export-c --config configs/paper-1khz.toml --out controller\n"
                  "  photocoag export-c --float --prefix left_eye_ --out controller\n"

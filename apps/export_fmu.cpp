@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -118,23 +117,23 @@ int export_fmu(const ExportFmuOptions& options) {
 const Command kExportFmu(
     "export-fmu",
     "write the simulated eye or the controller as an FMU (FMI 3.0 or 2.0, co-simulation)",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ExportFmuOptions>();
       command.add_option("KIND", options->kind, "eye, or controller with its supervisor")
-          ->required()
-          ->check(CLI::IsMember({"eye", "controller"}));
+          .required()
+          .one_of({"eye", "controller"});
       add_common(command, *options);
       add_cache(command, *options);
       command.add_option("--out", options->out, "file to write, NAME.fmu")
-          ->required()
-          ->type_name("FILE");
-      CLI::Option* source = command.add_flag(
+          .required()
+          .type_name("FILE");
+      const CommandOption source = command.add_flag(
           "--source", options->source,
           "the controller as C99 sources instead of a library (without the supervisor)");
       command.add_option("--fmi", options->standard, "version of the standard")
-          ->check(CLI::IsMember({"3.0", "2.0"}))
-          ->capture_default_str()
-          ->excludes(source);
+          .one_of({"3.0", "2.0"})
+          .show_default()
+          .excludes(source);
       command.footer(footer(
           "  photocoag export-fmu controller --out controller.fmu\n"
           "  photocoag export-fmu eye --set plant.absorption_factor=0.5 --out eye.fmu\n"

@@ -3,7 +3,6 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>
 #include <memory>
@@ -80,23 +79,23 @@ int eye_command(const EyeOptions& options) {
 
 const Command kEye(
     "eye", "a simulated eye with its laser as a process of its own: pulses, pressure transients",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<EyeOptions>();
       add_common(command, *options);
       command.add_option("--socket", options->socket, "where controllers connect")
-          ->type_name("PATH");
+          .type_name("PATH");
       command.add_option("--owner", options->owner, "end with this process, the parent")
-          ->type_name("PID");
+          .type_name("PID");
       command.add_flag("--once", options->once, "end when the first controller has gone");
       command
           .add_option("--fault", options->faults,
                       "ID@cycle[+count][*value] of docs/devices.md, or a file with one per line")
-          ->type_name("FAULT")
-          ->allow_extra_args(false);
+          .type_name("FAULT")
+          .one_value_each();
       command
           .add_option("--tell", options->tell,
                       "send this line to an eye that runs: status, cold, fault ID@cycle")
-          ->type_name("TEXT");
+          .type_name("TEXT");
       command.footer(
           footer("  photocoag eye --socket /tmp/eye\n"
                  "  photocoag treat --device eye:/tmp/eye\n"

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -96,34 +95,34 @@ int faults_command(const FaultsOptions& options) {
 
 const Command kFaults(
     "faults", "inject every fault of docs/safety.md and show how the supervisor reacts",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<FaultsOptions>();
-      command.add_option("--row", options->row, "one row, e.g. M4; default: all")->type_name("ID");
+      command.add_option("--row", options->row, "one row, e.g. M4; default: all").type_name("ID");
       command.add_flag("--without-supervisor", options->without_supervisor,
                        "take the supervisor out: every row must fail");
       command
           .add_option("--healthy", options->healthy,
                       "also so many treatments without faults, to count false stops")
-          ->check(whole_number_from(1, 1000000))
-          ->type_name("n");
+          .check(whole_number_from(1, 1000000))
+          .type_name("n");
       command
           .add_option(
               "--kills", options->kills,
               "instead: SIGKILL so many controllers at random moments of a treatment of the "
               "eye's process (row T4)")
-          ->check(whole_number_from(1, 100000))
-          ->type_name("n");
+          .check(whole_number_from(1, 100000))
+          .type_name("n");
       command
           .add_option("--stops", options->stops,
                       "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
-          ->check(whole_number_from(1, 100000))
-          ->type_name("n");
+          .check(whole_number_from(1, 100000))
+          .type_name("n");
       command
           .add_option(
               "--allocation-step", options->allocation_step,
               "row X3: of the program's allocations every n-th fails, one at a time; 1: all")
-          ->check(whole_number_from(1, 1000000))
-          ->type_name("n");
+          .check(whole_number_from(1, 1000000))
+          .type_name("n");
       command.footer(
           footer("  photocoag faults\n"
                  "  photocoag faults --kills 100\n"

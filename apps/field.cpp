@@ -1,7 +1,6 @@
 // `photocoag field`: temperatures in all cells as VTK files.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -108,30 +107,28 @@ int field_command(const FieldOptions& options) {
 
 const Command kField(
     "field", "temperatures in all cells at chosen times as VTK files, for ParaView",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<FieldOptions>();
       add_common(command, *options);
       command
           .add_option("--model", options->model,
                       "full, or reduced: the field of the reduced state, T = V x")
-          ->check(CLI::IsMember({"full", "reduced"}));
+          .one_of({"full", "reduced"});
       command.add_option("--power", options->power, "constant laser power, W")
-          ->check(number_from(0.0, 1e6))
-          ->type_name("W");
+          .check(number_from(0.0, 1e6))
+          .type_name("W");
       command.add_option("--run", options->run, "or the powers of this run folder")
-          ->type_name("DIR");
+          .type_name("DIR");
       command
-          .add_option_function<std::string>(
+          .add_text(
               "--times",
               [options](const std::string& text) {
                 options->times = number_list("--times", text, 0.0, kLongestTime);
               },
               "times, s, by comma: whole multiples of control.period_ms")
-          ->required()
-          ->type_name("t1,t2,...");
-      command.add_option("--out", options->out, "folder, new or empty")
-          ->required()
-          ->type_name("DIR");
+          .required()
+          .type_name("t1,t2,...");
+      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
       command.footer(
           footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"
                  "  photocoag field --model reduced --power 0.03 --times 0.1 --out reduced-fields\n"

@@ -1,6 +1,5 @@
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <system_error>
 
@@ -26,9 +25,8 @@ namespace {
 }
 
 // Whatever follows, --help too, is the other program's.
-void hand_over(CLI::App& command, int&) {
-  command.set_help_flag();
-  command.prefix_command();
+void hand_over(CommandLine& command, int&) {
+  command.take_everything();
   command.callback([] { become_full_program(program_arguments()); });
 }
 

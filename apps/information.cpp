@@ -1,7 +1,6 @@
 // `photocoag information`: what limits a treatment of eyes that differ, as table, CSV and figure.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -117,15 +116,15 @@ const Command kInformation(
     "information",
     "what limits a treatment of eyes that differ: how well the peak is known, and what knowing "
     "each quantity of [[prior]] would buy",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<InformationOptions>();
       add_common(command, *options);
       add_cache(command, *options);
       command.add_option("--eyes", options->eyes, "treatments per row")
-          ->check(CLI::Range(1, 100000))
-          ->capture_default_str();
+          .check(whole_number_from(1, 100'000))
+          .show_default();
       command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.footer(
           footer("  photocoag information --config configs/uncertain-eye.toml\n"
                  "  photocoag information --config configs/uncertain-eye.toml --eyes 1000 --out "

@@ -1,11 +1,11 @@
 #include "json_object.hpp"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "console.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rom/file.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
 namespace photocoag {
@@ -20,7 +20,7 @@ Json proved(const OutputCertificate& output) {
 
 }  // namespace
 
-CLI::Option* add_json(CLI::App& command, bool& wanted) {
+CommandOption add_json(CommandLine& command, bool& wanted) {
   return command.add_flag("--json", wanted,
                           "print one JSON object on standard output when it is over");
 }
@@ -33,6 +33,16 @@ int with_json(bool wanted, const std::string& command, int exit_code,
   object.update(more);
   print("{}\n", object.dump(2, ' ', false, Json::error_handler_t::replace));
   return exit_code;
+}
+
+std::string version_object() {
+  const Json object = {{"name", "photocoag"},
+                       {"version", version()},
+                       {"source_hash", source_hash()},
+                       {"osqp", PHOTOCOAG_HAS_OSQP != 0},
+                       {"model_file_versions", {kModelFileVersion, kUncertainModelFileVersion}},
+                       {"notice", kResearchNotice}};
+  return object.dump(2);
 }
 
 Json summary_object(const std::string& text) { return {{"summary", Json::parse(text)}}; }

@@ -6,10 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
+#include "command_line.hpp"
 
 namespace photocoag {
 
@@ -17,12 +14,15 @@ class FullOrderModel;
 struct ReducedModel;
 
 /// Adds --json.
-CLI::Option* add_json(CLI::App& command, bool& wanted);
+CommandOption add_json(CommandLine& command, bool& wanted);
 
 /// Prints {"command", "exit_code", "folder" unless empty, then `more`} if `wanted`; returns the
 /// exit code.
 int with_json(bool wanted, const std::string& command, int exit_code,
               const std::filesystem::path& folder, const nlohmann::ordered_json& more);
+
+/// What --version --json prints.
+std::string version_object();
 
 /// {"summary": the text as JSON}.
 nlohmann::ordered_json summary_object(const std::string& text);

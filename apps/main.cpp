@@ -3,20 +3,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "command.hpp"
 #include "console.hpp"
+#include "json_object.hpp"
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/rom/file.hpp"
 #include "stack.hpp"
 
 namespace {
@@ -44,14 +42,7 @@ std::string version_text(int argc, char** argv) {
   if (std::find(argv + 1, end, std::string_view("--json")) == end) {
     return fmt::format("photocoag {} (source {})\n{}", version(), source_hash(), kResearchNotice);
   }
-  const nlohmann::ordered_json object = {
-      {"name", "photocoag"},
-      {"version", version()},
-      {"source_hash", source_hash()},
-      {"osqp", PHOTOCOAG_HAS_OSQP != 0},
-      {"model_file_versions", {kModelFileVersion, kUncertainModelFileVersion}},
-      {"notice", kResearchNotice}};
-  return object.dump(2);
+  return version_object();
 }
 
 /// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
@@ -67,32 +58,20 @@ int run_command(int argc, char** argv) {
     print("{}\n", version_text(argc, argv));
     return 0;
   }
-  CLI::App app{
-      "photocoag: real-time model predictive control of retinal laser treatment.\n"
-      "Heats a spot of a simulated eye to a wanted peak temperature that cannot be measured, with "
-      "a laser "
-      "power computed every millisecond from a noisy volume temperature."};
-  app.name("photocoag");
-  bool as_json = false;
-  CLI::Option* version_flag =
-      app.set_version_flag("--version", [&] { return version_text(argc, argv); });
-  app.add_flag("--json", as_json, "with --version: as one JSON object")->needs(version_flag);
-  app.require_subcommand(1);
-  app.footer(footer(
-      "  photocoag treat                                  one treatment, paced by the clock\n"
-      "  photocoag simulate --set plant.absorption_factor=0.5\n"
-      "  photocoag config                                 every key, its unit, range and default\n"
-      "  photocoag COMMAND --help                         what a command does, with examples"));
-  int exit_code = 0;
-
-  add_commands(app, kGroups, exit_code);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // Help and version are a success; everything else is bad usage.
-    return app.exit(error) == 0 ? 0 : kExitBadInput;
-  }
-  return exit_code;
+  return run_program(
+      {.name = "photocoag",
+       .description =
+           "photocoag: real-time model predictive control of retinal laser treatment.\n"
+           "Heats a spot of a simulated eye to a wanted peak temperature that cannot be measured, "
+           "with a laser power computed every millisecond from a noisy volume temperature.",
+       .footer = footer(
+           "  photocoag treat                                  one treatment, paced by the clock\n"
+           "  photocoag simulate --set plant.absorption_factor=0.5\n"
+           "  photocoag config                                 every key, its unit, range and "
+           "default\n"
+           "  photocoag COMMAND --help                         what a command does, with examples"),
+       .version = [=] { return version_text(argc, argv); }},
+      kGroups, argc, argv);
 }
 
 }  // namespace

@@ -27,30 +27,29 @@ std::optional<T> number_of(std::string_view text) {
 }
 
 template <typename T>
-CLI::Validator from(std::string_view what, T low, T high) {
+Check from(std::string_view what, T low, T high) {
   const std::string range = fmt::format("{} from {} to {}", what, low, high);
-  return {[=](std::string& text) {
-            const std::optional<T> value = number_of<T>(text);
-            if (value && *value >= low && *value <= high) return std::string();
-            return fmt::format("found {}; accepted: {}", text, range);
-          },
-          ""};
+  return [=](const std::string& text) {
+    const std::optional<T> value = number_of<T>(text);
+    if (value && *value >= low && *value <= high) return std::string();
+    return fmt::format("found {}; accepted: {}", text, range);
+  };
 }
 
 }  // namespace
 
-void add_common(CLI::App& command, CommonOptions& options) {
+void add_common(CommandLine& command, CommonOptions& options) {
   command.add_option("--config", options.config, "TOML file; without it the defaults")
-      ->type_name("FILE");
+      .type_name("FILE");
   command
       .add_option("--set", options.set,
                   "one key of the configuration, e.g. control.horizon=10 or "
                   "tissue.layers.RPE.thickness_um=5; may be repeated, later ones win")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+      .type_name("KEY=VALUE")
+      .one_value_each();
 }
 
-void add_cache(CLI::App& command, CommonOptions& options) {
+void add_cache(CommandLine& command, CommonOptions& options) {
   command.add_flag("--no-cache", options.no_cache,
                    "make the reduced model anew (the result is the same to the last bit)");
 }
@@ -63,16 +62,16 @@ std::string footer(std::string_view examples) {
       examples, kResearchNotice);
 }
 
-CLI::Validator number_from(double low, double high) { return from("a number", low, high); }
+Check number_from(double low, double high) { return from("a number", low, high); }
 
-CLI::Validator whole_number_from(std::int64_t low, std::int64_t high) {
+Check whole_number_from(std::int64_t low, std::int64_t high) {
   return from("a whole number", low, high);
 }
 
-CLI::Validator given() {
-  return {
-      [](std::string& text) { return text.empty() ? std::string("found nothing") : std::string(); },
-      ""};
+Check given() {
+  return [](const std::string& text) {
+    return text.empty() ? std::string("found nothing") : std::string();
+  };
 }
 
 std::vector<double> number_list(const std::string& option, const std::string& text, double low,

@@ -2,11 +2,12 @@
 // checked here: digits and nothing else, finite, in its range.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "command_line.hpp"
 
 namespace photocoag {
 
@@ -18,22 +19,22 @@ struct CommonOptions {
 };
 
 /// --config and --set.
-void add_common(CLI::App& command, CommonOptions& options);
+void add_common(CommandLine& command, CommonOptions& options);
 /// --no-cache.
-void add_cache(CLI::App& command, CommonOptions& options);
+void add_cache(CommandLine& command, CommonOptions& options);
 /// What --help ends with: examples, exit codes, the notice.
 std::string footer(std::string_view examples);
 
 /// An option's check: a number from `low` to `high`.
-CLI::Validator number_from(double low, double high);
+Check number_from(double low, double high);
 /// An option's check: a whole number from `low` to `high`.
-CLI::Validator whole_number_from(std::int64_t low, std::int64_t high);
+Check whole_number_from(std::int64_t low, std::int64_t high);
 
 /// s, of --times.
 inline constexpr double kLongestTime = 1e4;
 
 /// An option's check: something is there. For what the configuration checks further.
-CLI::Validator given();
+Check given();
 
 /// The numbers of "a,b,…", each from `low` to `high` and none twice; at least one. A decimal comma
 /// ("0,001") is refused, not read as two numbers. Throws Error naming `option`.

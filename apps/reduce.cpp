@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -102,7 +101,7 @@ int reduce_command(const ReduceOptions& options) {
 
 const Command kReduce(
     "reduce", "make a reduced model file from [tissue], measure and prove its error",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ReduceOptions>();
       add_common(command, *options);
       command
@@ -110,19 +109,19 @@ const Command kReduce(
               "--out", options->out,
               "model file to write; - is standard output. With --compare: a folder for CSV and "
               "figure, or a .csv file; may be left out")
-          ->type_name("FILE");
-      CLI::Option* compare = command.add_flag(
+          .type_name("FILE");
+      const CommandOption compare = command.add_flag(
           "--compare", options->compare, "no model: the error of every method against the order");
-      add_json(command, options->json)->excludes(compare);
+      add_json(command, options->json).excludes(compare);
       command
           .add_option("--method", options->method,
                       "same as --set model.method=M: pod-deim, balanced, balanced-two-sided, "
                       "irka, taylor")
-          ->check(given())
-          ->type_name("M");
+          .check(given())
+          .type_name("M");
       command.add_option("--order", options->order, "same as --set model.order=n: states, 1 to 14")
-          ->check(given())
-          ->type_name("n");
+          .check(given())
+          .type_name("n");
       command.footer(
           footer("  photocoag reduce --out model.json\n"
                  "  photocoag reduce --set control.period_ms=4 --order 8 --out model-250hz.json\n"

@@ -1,7 +1,6 @@
 // `photocoag replay`: a recorded run again, power by power.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "command.hpp"
@@ -29,9 +28,9 @@ int replay_command(const ReplayOptions& options) {
 
 const Command kReplay(
     "replay", "feed a recorded run to the controller again and compare every power",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ReplayOptions>();
-      command.add_option("RUN", options->run, "run folder")->required()->type_name("DIR");
+      command.add_option("RUN", options->run, "run folder").required().type_name("DIR");
       command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
       command.footer(
           footer("  photocoag simulate --out runs/first\n"

@@ -1,7 +1,6 @@
 // `photocoag reproduce`: every table and figure of the paper's results.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -70,20 +69,20 @@ int reproduce_command(const ReproduceCommandOptions& options) {
 const Command kReproduce(
     "reproduce",
     "every table and figure of the paper's results, with a verdict for each of its claims",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<ReproduceCommandOptions>();
       command
           .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
-          ->type_name("DIR");
+          .type_name("DIR");
       command
           .add_option("--studies", options->studies,
                       "folder with plan.toml and the studies; default: the shipped ones")
-          ->type_name("DIR");
+          .type_name("DIR");
       command
           .add_option("--seeds", options->seeds,
                       "noise seeds per curve; default: as plan.toml says")
-          ->check(whole_number_from(1, 1000))
-          ->type_name("N");
+          .check(whole_number_from(1, 1000))
+          .type_name("N");
       command.add_flag("--quick", options->quick,
                        "without the sensitivities: for continuous integration");
       command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");

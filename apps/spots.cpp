@@ -1,7 +1,6 @@
 // `photocoag spots`: random spots under the nominal and the robust controller, side by side.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -169,34 +168,34 @@ int spots_command(const SpotsOptions& options) {
 
 const Command kSpots(
     "spots", "treat many random spots with the nominal and the robust controller",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<SpotsOptions>();
       add_common(command, *options);
       command.add_option("--count", options->count, "spots; seeds 1 to count")
-          ->check(whole_number_from(1, 1000000))
-          ->type_name("n");
+          .check(whole_number_from(1, 1000000))
+          .type_name("n");
       command.add_option("--alpha-low", options->range.alpha_low, "smallest absorption factor")
-          ->check(number_from(0.05, 5.0))
-          ->type_name("a");
+          .check(number_from(0.05, 5.0))
+          .type_name("a");
       command.add_option("--alpha-high", options->range.alpha_high, "largest")
-          ->check(number_from(0.05, 5.0))
-          ->type_name("a");
+          .check(number_from(0.05, 5.0))
+          .type_name("a");
       command.add_option("--csv", options->csv, "one row per spot and controller")
-          ->type_name("FILE");
-      CLI::Option* corners =
+          .type_name("FILE");
+      const CommandOption corners =
           command.add_flag("--corners", options->corners,
                            "the robust controller at every combination of the declared extremes; "
                            "the worst six are treated --count times; exit code 1 if one of them "
                            "exceeds the limit more than twice and in more than 1 of 750");
       command.add_option("--survey", options->survey, "treatments of every corner")
-          ->check(whole_number_from(2, 1000000))
-          ->type_name("n")
-          ->needs(corners);
+          .check(whole_number_from(2, 1000000))
+          .type_name("n")
+          .needs(corners);
       command
           .add_flag("--this-eye", options->this_eye,
                     "the robust controller on the eye of [plant.tissue] alone, which the "
                     "controller is not told")
-          ->excludes(corners);
+          .excludes(corners);
       command.footer(footer(
           "  photocoag spots\n"
           "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"

@@ -1,7 +1,6 @@
 // `photocoag sweep`: every combination of some values.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -65,22 +64,21 @@ int sweep_command(const SweepOptions& options) {
 
 const Command kSweep(
     "sweep", "simulate every combination of some values: table, CSV, overlay plot",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<SweepOptions>();
       add_common(command, *options);
       command
           .add_option("--vary", options->vary,
                       "a key and its values; may be repeated: every combination is run")
-          ->required()
-          ->type_name("KEY=V1,V2,...")
-          ->allow_extra_args(false);
-      command
-          .add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
-          ->check(whole_number_from(1, 1000))
-          ->type_name("N");
+          .required()
+          .type_name("KEY=V1,V2,...")
+          .one_value_each();
+      command.add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
+          .check(whole_number_from(1, 1000))
+          .type_name("N");
       command
           .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
-          ->type_name("DIR");
+          .type_name("DIR");
       command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
       command.footer(footer(
           "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"

@@ -2,7 +2,6 @@
 // time.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -202,22 +201,22 @@ int treat(const RunOptions& options) {
 
 int simulate(const RunOptions& options) { return run(options, virtual_eye()); }
 
-void add_run(CLI::App& command, RunOptions& options) {
+void add_run(CommandLine& command, RunOptions& options) {
   add_common(command, options);
   add_cache(command, options);
   command
       .add_option("--out", options.out, "run folder, new or empty; default: a new one below runs/")
-      ->type_name("DIR");
+      .type_name("DIR");
   command
       .add_option("--seed", options.seed, "seed of the measurement noise, same as --set run.seed=N")
-      ->check(given())
-      ->type_name("N");
+      .check(given())
+      .type_name("N");
   add_json(command, options.json);
 }
 
 const Command kTreat(
     "treat", "treat a simulated eye in real time (the main job); writes a run folder with a report",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<RunOptions>();
       add_run(command, *options);
       command
@@ -225,12 +224,12 @@ const Command kTreat(
                       "eye: a simulated eye in a process of its own, started for this treatment; "
                       "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
                       "driver:LIBRARY[,SETTINGS]: a vendor's driver")
-          ->type_name("DEVICE");
+          .type_name("DEVICE");
       command
           .add_option("--fault", options->faults,
                       "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")
-          ->type_name("FAULT")
-          ->allow_extra_args(false);
+          .type_name("FAULT")
+          .one_value_each();
       command.footer(
           footer("  photocoag treat\n"
                  "  photocoag treat --device eye\n"
@@ -243,7 +242,7 @@ const Command kTreat(
 const Command kSimulate(
     "simulate",
     "the same treatment in virtual time, as fast as it can; same bytes for the same seed",
-    [](CLI::App& command, int& exit_code) {
+    [](CommandLine& command, int& exit_code) {
       const auto options = std::make_shared<RunOptions>();
       add_run(command, *options);
       command.footer(footer(
