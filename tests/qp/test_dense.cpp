@@ -151,7 +151,7 @@ TEST(DenseSolver, RejectsSizesThatDoNotMatchAndAsymmetry) {
   reject([](QpProblem& qp) { qp.rows.setZero(3, 5); });
   reject([](QpProblem& qp) { qp.limit.setZero(2); });
   // The factorization reads one triangle only: what it finds is no minimizer, and that is noticed.
-  reject([](QpProblem& qp) { qp.hessian(0, 1) += 0.1; }, QpStatus::kKktFailed);
+  reject([](QpProblem& qp) { qp.hessian(1, 0) += 0.1; }, QpStatus::kKktFailed);
 }
 
 // Model predictive control of a walking robot's centre of pressure, in metres: a triple integrator

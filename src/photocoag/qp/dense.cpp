@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photocoag/core/fixed_length.hpp"
 #include "photocoag/qp/kkt.hpp"
+#include "photocoag/qp/sums.hpp"
 
 namespace photocoag {
 namespace {
@@ -14,24 +16,19 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kViolated = 1e-13;    // a constraint is taken up: two orders above rounding
 constexpr double kWide = 10.0;         // a box counts as at most so much larger than u
 constexpr double kFeasible = 1e-9;     // rows that cannot be met better than this are infeasible
-constexpr double kDependent = 1e-10;   // sine of the angle (in H^-1) to the span of the active set
 constexpr double kNegligible = 1e-12;  // components of r that may be rounding errors
-constexpr double kInner = 1e-14;       // stationarity of a minimizer that needs no refinement
+constexpr double kSharp = 1e-14;       // KKT residual of an answer that needs no refinement
 
-// Plain loops, not Eigen's reductions: those start at an aligned address, so that the order of the
-// sum, and its last bit, would depend on where the object lies.
-double dot(const double* a, const double* b, int n) noexcept {
-  double sum[4] = {};
+// Of a column, in whole fours: rows of a plan know nothing of later inputs.
+int leading_zeros(const double* column, int m) noexcept {
   int i = 0;
-  for (; i + 3 < n; i += 4) {
-    for (int k = 0; k < 4; ++k) sum[k] += a[i + k] * b[i + k];
+  for (; i + 3 < m; i += 4) {
+    double sum[2] = {std::abs(column[i]), std::abs(column[i + 1])};
+    sum[0] += std::abs(column[i + 2]);
+    sum[1] += std::abs(column[i + 3]);
+    if (sum[0] + sum[1] != 0.0) break;
   }
-  for (int k = 0; i < n; ++i, ++k) sum[k] += a[i] * b[i];
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-}
-
-void axpy(double s, const double* __restrict x, double* __restrict y, int n) noexcept {
-  for (int i = 0; i < n; ++i) y[i] += s * x[i];
+  return i;
 }
 
 }  // namespace
@@ -50,9 +47,8 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
   if (status == QpStatus::kSolved && !definite) status = QpStatus::kNumericalFailure;
   if (status == QpStatus::kSolved) {
     const int bound = iteration_bound(n_, static_cast<int>(offsets_.size()));
-    status = iterate(problem, std::min(iteration_limit_, bound));
+    status = iterate(problem, std::min(iteration_limit_, bound), solution);
   }
-  if (status == QpStatus::kSolved) status = conclude(problem, solution);
   if (status != QpStatus::kSolved) give_up(problem, solution);
   solution.iterations = iterations_;
   solution.status = status;
@@ -62,7 +58,7 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
 // The unconstrained minimizer, where it is inside of everything.
 bool DenseSolver::take_inner(const QpProblem& problem, QpSolution& solution) const noexcept {
   const double residual = inner_residual(problem, u_.data());
-  if (!(residual <= kInner)) return false;
+  if (!(residual <= kSharp)) return false;
   write_inner(problem, u_.data(), residual, solution);
   return true;
 }
@@ -85,7 +81,8 @@ QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
     box_scale_(j) = scale > 0.0 ? scale : 1.0;
     box_weight_(j) = 1.0 / box_scale_(j);
     const double* column = problem.rows.data() + j * m;
-    for (int i = 0; i < m; ++i) {
+    const int first = first_[j] = leading_zeros(column, m);
+    for (int i = first; i < m; ++i) {
       most[i] += std::max(column[i] * lower, column[i] * upper);
       reach[i] += std::abs(column[i]) * scale;
     }
@@ -106,29 +103,27 @@ QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
     row_weights_(i) = 1.0 / scale;
     offsets_(i) = left_out ? kInfinity : limit * row_weights_(i);
   }
-  std::fill_n(is_active_, n + m, false);
   return QpStatus::kSolved;
 }
 
-// The algorithm of Goldfarb and Idnani. kSolved: nothing is violated; optimality is unchecked.
-QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
+// The algorithm of Goldfarb and Idnani. kSolved: `solution` has the answer, and that is optimal.
+QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& solution) noexcept {
   const int n = n_;
   // Step 0: u is the unconstrained minimum.
-  active_count_ = 0;
-  d_.resize(n);
-  z_.resize(n);
-  dual_.resize(n);
-  normal_.resize(n);
-  factor_.invert(j_);
-  r_.resize(n, n);
+  factor_.take_roots();
+  normals_.clear(n);
 
   bool entering = false;
   for (iterations_ = 0; iterations_ <= limit; ++iterations_) {
-    // Step 1: choose a violated constraint; if there is none, refine u and look again.
+    // Step 1: choose a violated constraint; if there is none, and u is not as good as can be,
+    // refine it and look again.
     if (!entering) {
       if (!choose_violated(problem)) {
+        if (conclude(problem, kSharp, solution)) return QpStatus::kSolved;
         refine(problem);
-        if (!choose_violated(problem)) return QpStatus::kSolved;
+        if (!choose_violated(problem)) {
+          return conclude(problem, kInfinity, solution) ? QpStatus::kSolved : QpStatus::kKktFailed;
+        }
       }
       entering = true;
       entering_multiplier_ = 0.0;
@@ -136,11 +131,12 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
     if (iterations_ == limit) break;
 
     // Step 2a: the step direction in primal and dual space.
-    evaluate_directions();
+    evaluate_directions(problem);
 
     // Step 2b: the step length. t1 keeps the multipliers positive, t2 ends the violation.
     const auto [t1, leaving] = longest_dual_step();
-    const double t2 = dependent_ ? kInfinity : violation(problem, entering_) / d2_squared_;
+    const bool dependent = normals_.dependent();
+    const double t2 = dependent ? kInfinity : violation(problem, entering_) / normals_.slope();
     const double t = std::min(t1, t2);
 
     // Step 2c: no step, a step in dual space, or a step in both.
@@ -154,8 +150,8 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit) noexcept {
       entering = false;
       continue;
     }
-    if (!dependent_) axpy(-t, z_.data(), u_.data(), n);
-    axpy(-t, dual_.data(), multiplier_, active_count_);
+    if (!dependent) axpy(-t, normals_.primal(), u_.data(), n);
+    axpy(-t, normals_.dual(), multiplier_, normals_.count());
     entering_multiplier_ += t;
     if (t == t2) {
       add_entering();
@@ -181,35 +177,56 @@ double DenseSolver::least_counted(const QpProblem& problem, int index) const noe
   return kViolated * std::min(sum, 1.0);
 }
 
+// What every constraint that is not active is exceeded by, and the largest of these and its place.
+template <typename Inputs, typename Rows>
+DenseSolver::Worst DenseSolver::worst(const QpProblem& problem, Inputs inputs, Rows rows,
+                                      double* __restrict excess) const noexcept {
+  const int n = inputs;
+  const int m = rows;
+  const double* __restrict u = u_.data();
+  const double* __restrict lower = problem.lower.data();
+  const double* __restrict upper = problem.upper.data();
+  const double* __restrict weight = box_weight_.data();
+  for (int j = 0; j < n; ++j) {
+    excess[j] = std::max(u[j] - upper[j], lower[j] - u[j]) * weight[j];
+  }
+  double* __restrict value = excess + n;  // G u
+  for (int i = 0; i < m; ++i) value[i] = 0.0;
+  for (int j = 0; j < n; ++j) {
+    const double* __restrict column = problem.rows.data() + j * m;
+    for (int i = std::is_same_v<Rows, int> ? first_[j] : 0; i < m; ++i)
+      value[i] += column[i] * u[j];
+  }
+  for (int i = 0; i < m; ++i) value[i] = value[i] * row_weights_.data()[i] - offsets_.data()[i];
+  for (int k = 0; k < normals_.count(); ++k) excess[active_[k].index] = -kInfinity;
+  Worst out{0, 0.0};
+  for (int c = 0; c < n + m; ++c) {
+    if (excess[c] > out.excess) out = {c, excess[c]};
+  }
+  return out;
+}
+
 // The constraint with the largest violation relative to its scale; false if there is none.
 bool DenseSolver::choose_violated(const QpProblem& problem) noexcept {
-  const int n = n_;
-  double largest = 0.0;
-  for (int j = 0; j < n; ++j) {
-    if (is_active_[j]) continue;
-    const double above = u_(j) - problem.upper(j);
-    const double below = problem.lower(j) - u_(j);
-    const double scaled = std::max(above, below) * box_weight_(j);
-    if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, j))) {
-      largest = scaled;
-      entering_ = {j, above > below ? 1.0 : -1.0};
-    }
-  }
   const int m = static_cast<int>(offsets_.size());
-  double value[even(kMaxInputs)];  // G u
-  for (int i = 0; i < m; ++i) value[i] = 0.0;
-  for (int j = 0; j < n; ++j) axpy(u_(j), problem.rows.data() + j * m, value, m);
-  for (int i = 0; i < m; ++i) {
-    if (is_active_[n + i]) continue;
-    const double scaled = value[i] * row_weights_(i) - offsets_(i);
-    if (scaled > largest && (scaled > kViolated || scaled > least_counted(problem, n + i))) {
-      largest = scaled;
-      entering_ = {n + i, 1.0};
+  double excess[2 * even(kMaxInputs)];  // over the scale, bounds before rows
+  const auto [at, largest] =
+      m == n_ ? for_length<2, 3, 4, 9>(
+                    n_, [&](auto size) { return worst(problem, size, size, excess); })
+              : worst(problem, n_, m, excess);
+  int chosen = at;
+  if (!(largest > kViolated)) {  // by rounding, or nothing
+    double most = 0.0;
+    for (int c = 0; largest > 0.0 && c < n_ + m; ++c) {
+      if (excess[c] > most && excess[c] > least_counted(problem, c)) {
+        most = excess[c];
+        chosen = c;
+      }
     }
+    if (!(most > 0.0)) return false;
   }
-  if (!(largest > 0.0)) return false;
-  normal_.setZero();
-  add_normal(problem, entering_, 1.0, normal_.data());
+  const bool upper = chosen >= n_ || u_(chosen) > problem.upper(chosen);
+  entering_ = {chosen, upper ? 1.0 : -1.0};
   return true;
 }
 
@@ -224,37 +241,36 @@ double DenseSolver::violation(const QpProblem& problem, Constraint c) const noex
   return c.sign > 0.0 ? u_(c.index) - problem.upper(c.index) : problem.lower(c.index) - u_(c.index);
 }
 
-// d = J' n, z = J2 d2, r = R^-1 d1.
-void DenseSolver::evaluate_directions() noexcept {
-  const int n = n_;
-  const int q = active_count_;
-  if (entering_.index < n) {
-    for (int k = 0; k < n; ++k) d_(k) = entering_.sign * j_(entering_.index, k);
-  } else {
-    for (int k = 0; k < n; ++k) d_(k) = dot(j_.data() + k * n, normal_.data(), n);
+void DenseSolver::evaluate_directions(const QpProblem& problem) noexcept {
+  int length = entering_.index + 1;
+  if (entering_.index >= n_) {
+    length = n_;
+    while (length > 1 && problem.rows(entering_.index - n_, length - 1) == 0.0) --length;
   }
-  d2_squared_ = dot(d_.data() + q, d_.data() + q, n - q);
-  dependent_ = !(d2_squared_ > kDependent * kDependent * dot(d_.data(), d_.data(), n));
-
-  std::fill_n(z_.data(), n, 0.0);
-  for (int k = q; k < n; ++k) axpy(d_(k), j_.data() + k * n, z_.data(), n);
-
-  std::copy_n(d_.data(), q, dual_.data());
-  solve_r(dual_.data());
+  double normal[even(kMaxInputs)];
+  std::fill_n(normal, length, 0.0);
+  if (entering_.index < n_) {
+    normal[entering_.index] = entering_.sign;
+  } else {
+    const int i = entering_.index - n_;
+    for (int j = 0; j < length; ++j) normal[j] = row_weights_(i) * problem.rows(i, j);
+  }
+  normals_.direct(factor_, normal, length);
 }
 
 // t1 = min of multiplier_k / r_k over r_k > 0, and its k; infinity if there is none.
 DenseSolver::DualStep DenseSolver::longest_dual_step() const noexcept {
+  const double* dual = normals_.dual();
   double least = 0.0;
-  if (dependent_) {  // there is no t2: a rounding error in r must not pass for a t1
+  if (normals_.dependent()) {  // there is no t2: a rounding error in r must not pass for a t1
     least = 1.0;
-    for (int k = 0; k < active_count_; ++k) least = std::max(least, std::abs(dual_(k)));
+    for (int k = 0; k < normals_.count(); ++k) least = std::max(least, std::abs(dual[k]));
     least *= kNegligible;
   }
   DualStep step{kInfinity, -1};
-  for (int k = 0; k < active_count_; ++k) {
-    if (dual_(k) > least && multiplier_[k] < step.length * dual_(k)) {
-      step = {std::max(multiplier_[k], 0.0) / dual_(k), k};
+  for (int k = 0; k < normals_.count(); ++k) {
+    if (dual[k] > least && multiplier_[k] < step.length * dual[k]) {
+      step = {std::max(multiplier_[k], 0.0) / dual[k], k};
     }
   }
   return step;
@@ -274,7 +290,7 @@ double DenseSolver::least_violation(const QpProblem& problem) const noexcept {
     weight += y;
   };
   take(entering_, 1.0);
-  for (int k = 0; k < active_count_; ++k) take(active_[k], -dual_(k));
+  for (int k = 0; k < normals_.count(); ++k) take(active_[k], -normals_.dual()[k]);
   for (int j = 0; j < n_; ++j) {
     margin += std::min(sum[j] * problem.lower(j), sum[j] * problem.upper(j));
   }
@@ -288,79 +304,41 @@ void DenseSolver::relax(const QpProblem& problem, double gap) noexcept {
     offsets_(index - n_) += std::max(gap, least_counted(problem, index));
   };
   if (entering_.index >= n_) raise(entering_.index);
-  for (int k = 0; k < active_count_; ++k) {
-    if (active_[k].index >= n_ && dual_(k) < 0.0) raise(active_[k].index);
+  for (int k = 0; k < normals_.count(); ++k) {
+    if (active_[k].index >= n_ && normals_.dual()[k] < 0.0) raise(active_[k].index);
   }
 }
 
-// A reflection of the columns of J2 that maps d2 to (delta, 0, …); it needs J2 d2, which is z.
 void DenseSolver::add_entering() noexcept {
-  const int n = n_;
-  const int q = active_count_;
-  const double delta = d_(q) > 0.0 ? -std::sqrt(d2_squared_) : std::sqrt(d2_squared_);
-  axpy(-delta, j_.data() + q * n, z_.data(), n);
-  const double beta = 1.0 / (delta * (delta - d_(q)));
-  d_(q) -= delta;
-  for (int k = q; k < n; ++k) axpy(-beta * d_(k), z_.data(), j_.data() + k * n, n);
-  d_(q) = delta;
-  std::copy_n(d_.data(), q + 1, r_.data() + q * n);
+  const int q = normals_.count();
+  normals_.add();
   active_[q] = entering_;
   multiplier_[q] = entering_multiplier_;
-  is_active_[entering_.index] = true;
-  ++active_count_;
 }
 
-// Removes a column of R and makes R triangular again by rotations of its rows and the columns of J.
 void DenseSolver::drop(int position) noexcept {
-  const int n = n_;
-  is_active_[active_[position].index] = false;
-  --active_count_;
-  for (int k = position; k < active_count_; ++k) {
+  normals_.drop(position);
+  for (int k = position; k < normals_.count(); ++k) {
     active_[k] = active_[k + 1];
     multiplier_[k] = multiplier_[k + 1];
-    std::copy_n(r_.data() + (k + 1) * n, k + 2, r_.data() + k * n);
-  }
-  for (int k = position; k < active_count_; ++k) {
-    const double length = std::hypot(r_(k, k), r_(k + 1, k));
-    const double c = r_(k, k) / length;
-    const double s = r_(k + 1, k) / length;
-    const auto rotate = [c, s](double& a, double& b) {
-      const double old = a;
-      a = c * a + s * b;
-      b = c * b - s * old;
-    };
-    for (int i = k; i < active_count_; ++i) rotate(r_(k, i), r_(k + 1, i));
-    for (int i = 0; i < n; ++i) rotate(j_(i, k), j_(i, k + 1));
   }
 }
 
-// One step of iterative refinement of (u, multipliers) for the active set N' u = b:
-//   H du + N dm = e1 = -(H u + g + N m),  N' du = e2 = b - N' u;  with du = J y:
-//   R' y1 = e2,  y2 = (J' e1)_2,  R dm = (J' e1)_1 - y1.
+// One step of iterative refinement of u and the multipliers for the active set.
 void DenseSolver::refine(const QpProblem& problem) noexcept {
   const int n = n_;
-  const int q = active_count_;
-  double* e1 = z_.data();
+  const int q = normals_.count();
+  double e1[even(kMaxInputs)];
+  double e2[even(kMaxInputs)];
   for (int j = 0; j < n; ++j) e1[j] = -problem.gradient(j);
   for (int j = 0; j < n; ++j) axpy(-u_(j), problem.hessian.data() + j * n, e1, n);
-  for (int k = 0; k < q; ++k) add_normal(problem, active_[k], -multiplier_[k], e1);
   for (int k = 0; k < q; ++k) {
-    const double e2 = -violation(problem, active_[k]);
-    d_(k) = (e2 - dot(r_.data() + k * n, d_.data(), k)) / r_(k, k);
-    dual_(k) = dot(j_.data() + k * n, e1, n) - d_(k);
+    add_normal(problem, active_[k], -multiplier_[k], e1);
+    e2[k] = -violation(problem, active_[k]);
   }
-  for (int k = q; k < n; ++k) d_(k) = dot(j_.data() + k * n, e1, n);
-  for (int k = 0; k < n; ++k) axpy(d_(k), j_.data() + k * n, u_.data(), n);
-  solve_r(dual_.data());
-  axpy(1.0, dual_.data(), multiplier_, q);
-}
-
-// x = R^-1 x.
-void DenseSolver::solve_r(double* x) const noexcept {
-  for (int k = active_count_ - 1; k >= 0; --k) {
-    x[k] /= r_(k, k);
-    axpy(-x[k], r_.data() + k * n_, x, k);
-  }
+  normals_.correct(factor_, e1, e2);
+  axpy(1.0, e1, u_.data(), n);
+  axpy(1.0, e2, multiplier_, q);
 }
 
 void DenseSolver::add_normal(const QpProblem& problem, Constraint c, double factor,
@@ -374,15 +352,17 @@ void DenseSolver::add_normal(const QpProblem& problem, Constraint c, double fact
   }
 }
 
-// Writes u and the multipliers, and checks the KKT conditions on what was written.
-QpStatus DenseSolver::conclude(const QpProblem& problem, QpSolution& solution) const noexcept {
+// Writes u and the multipliers, and checks the KKT conditions on what was written: true if they
+// hold, and to `largest`.
+bool DenseSolver::conclude(const QpProblem& problem, double largest,
+                           QpSolution& solution) const noexcept {
   const int n = n_;
   solution.power.resize(n);
   solution.bound_multiplier.setZero(n);
   solution.row_multiplier.setZero(problem.rows.rows());
   double* u = solution.power.data();
   for (int j = 0; j < n; ++j) u[j] = std::clamp(u_(j), problem.lower(j), problem.upper(j));
-  for (int k = 0; k < active_count_; ++k) {
+  for (int k = 0; k < normals_.count(); ++k) {
     const auto [index, sign] = active_[k];
     const double multiplier = std::max(multiplier_[k], 0.0);  // more than rounding shows below
     if (index < n) {
@@ -394,7 +374,7 @@ QpStatus DenseSolver::conclude(const QpProblem& problem, QpSolution& solution) c
   }
   const KktResidual kkt = evaluate_kkt(problem, solution);
   solution.kkt_residual = kkt.largest();
-  return is_optimal(kkt) ? QpStatus::kSolved : QpStatus::kKktFailed;
+  return is_optimal(kkt) && solution.kkt_residual <= largest;
 }
 
 }  // namespace photocoag

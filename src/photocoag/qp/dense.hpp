@@ -3,12 +3,11 @@
 // Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex
 //   quadratic programs", Math. Programming 27 (1983) 1-33, steps 0 to 2 of the algorithm.
 // Differences from the source: an unconstrained minimizer that is inside of box and rows is the
-//   answer, and J is made only if it is not; inequalities read n' u <= b; a constraint enters by a
-//   Householder reflection, which reuses the primal direction; bounds are unit vectors; rows that
-//   no u in the box can violate are left out, and so are rows without reach (problem.hpp) whose
-//   limit is rounding; rows in conflict by less than 1e-9 are relaxed; the answer is refined once
-//   against H, g and the active set; every answer carries its proof, the KKT conditions or a vector
-//   of Farkas.
+//   answer; inequalities read n' u <= b; J is not made: see active_factor.hpp; bounds are unit
+//   vectors; rows that no u in the box can violate are left out, and so are rows without reach
+//   (problem.hpp) whose limit is rounding; rows in conflict by less than 1e-9 are relaxed; an
+//   answer whose KKT residual is above 1e-14 is refined once against H, g and the active set; every
+//   answer carries its proof, the KKT conditions or a vector of Farkas.
 // Units: none. Rows are normalized, and every tolerance is relative to the data, so that scaling
 //   (G_i, limit_i) or (H, g) by a positive factor changes u by rounding only.
 // Real time: no heap, lock, exception or clock; at most iteration_bound(n, m) active-set changes
@@ -18,6 +17,7 @@
 #pragma once
 
 #include "photocoag/core/real_time.hpp"
+#include "photocoag/qp/active_factor.hpp"
 #include "photocoag/qp/factor.hpp"
 #include "photocoag/qp/problem.hpp"
 
@@ -63,20 +63,26 @@ class DenseSolver {
 
   QpStatus prepare(const QpProblem& problem) noexcept;
   bool take_inner(const QpProblem& problem, QpSolution& solution) const noexcept;
-  QpStatus iterate(const QpProblem& problem, int limit) noexcept;
-  QpStatus conclude(const QpProblem& problem, QpSolution& solution) const noexcept;
+  QpStatus iterate(const QpProblem& problem, int limit, QpSolution& solution) noexcept;
+  bool conclude(const QpProblem& problem, double largest, QpSolution& solution) const noexcept;
 
+  struct Worst {
+    int index;
+    double excess;
+  };
+
+  template <typename Inputs, typename Rows>
+  Worst worst(const QpProblem& problem, Inputs inputs, Rows rows, double* excess) const noexcept;
   bool choose_violated(const QpProblem& problem) noexcept;
   double violation(const QpProblem& problem, Constraint c) const noexcept;
   double least_counted(const QpProblem& problem, int index) const noexcept;
-  void evaluate_directions() noexcept;
   DualStep longest_dual_step() const noexcept;
   double least_violation(const QpProblem& problem) const noexcept;
   void relax(const QpProblem& problem, double gap) noexcept;
+  void evaluate_directions(const QpProblem& problem) noexcept;
   void add_entering() noexcept;
   void drop(int position) noexcept;
   void refine(const QpProblem& problem) noexcept;
-  void solve_r(double* x) const noexcept;
   void add_normal(const QpProblem& problem, Constraint c, double factor,
                   double* target) const noexcept;
 
@@ -94,24 +100,13 @@ class DenseSolver {
 
   // The iterate: u, the active set and its multipliers, and the constraint that is entering.
   InputVector u_;
-  int active_count_ = 0;
   Constraint active_[kMaxInputs];
   double multiplier_[kMaxInputs] = {};
-  bool is_active_[2 * kMaxInputs] = {};
   Constraint entering_;
   double entering_multiplier_ = 0.0;
 
-  // Factors: J' H J = I and J' N = [R; 0], N the normals of the active set.
-  InputMatrix j_;
-  InputMatrix r_;
-  // For the entering normal n: d = J' n, z = J2 d2 (primal direction), r = R^-1 d1 (dual
-  // direction).
-  InputVector normal_;
-  InputVector d_;
-  InputVector z_;
-  InputVector dual_;
-  double d2_squared_ = 0.0;
-  bool dependent_ = false;  // the entering normal lies in the span of the active ones
+  ActiveFactor normals_;
+  int first_[kMaxInputs] = {};  // entries of a column of the rows before this one are 0
 };
 
 }  // namespace photocoag
