@@ -1,7 +1,7 @@
 // Role: online; the factors of the active normals of a dual method, and its step directions. Used
 // by qp/dense.
-// Source: Goldfarb and Idnani (qp/dense.hpp), section 4, in the form that is cheap where few of many
-//   constraints are active: instead of J = U^-T Q' with its n columns only those of Q that belong
+// Source: Goldfarb and Idnani (qp/dense.hpp), section 4, in the form that is cheap where few of
+//   many constraints are active: instead of J = U^-T Q' with its n columns only those of Q that belong
 //   to active normals, by Gram and Schmidt, twice where the first time cancels.
 // Units: none. Real time: noexcept, O(n^2) at most, no heap. Sums run in an order that depends on
 //   the problem only: same input, same bits. Threads: one owner.
