@@ -55,12 +55,22 @@ struct Heard : SimulatedEye<ReducedPlant, C> {
   std::uint64_t last_heartbeat = UINT64_MAX;
 };
 
+struct StopSeen : TreatmentObserver {
+  using TreatmentObserver::TreatmentObserver;
+  void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
+    asked = asked || end.sample.stop_asked;
+    TreatmentObserver::finished(record, end);
+  }
+  bool asked = false;
+};
+
 struct LoopRun {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
   std::size_t progress = 0;
   double power_afterwards = -1.0;  ///< what the laser emits in the period after the loop
   std::uint64_t last_heartbeat = 0;
+  bool stop_recorded = false;
 };
 
 template <Pace C>
@@ -72,11 +82,12 @@ LoopRun run(C& pace, std::size_t cycles, bool stopped = false) {
   std::atomic<std::size_t> progress{0};
   if constexpr (requires { pace.stop; }) pace.stop = &stop;
   Heard<C> device(ReducedPlant(model_1khz(), 1.1), 0.288, 1, EyeSettings{}, pace);
-  TreatmentObserver observer(1e-3, 0, {.stop = &stop, .progress = &progress});
+  StopSeen observer(1e-3, 0, {.stop = &stop, .progress = &progress});
   Unsupervised none;
   result.outcome = run_loop(controller, device, none, 1e-3, std::span(result.records), observer);
   pace = device.pace();
   result.last_heartbeat = device.last_heartbeat;
+  result.stop_recorded = observer.asked;
   result.progress = progress.load();
   result.records.resize(result.outcome.cycles);
   result.power_afterwards = device.advance(cycles).sample.applied_power;
@@ -262,6 +273,7 @@ TEST(RunLoop, StopFlagOfVirtualTimeIsSeenAtOnce) {
   VirtualPace pace(1e-3);
   const LoopRun result = run(pace, 60, true);
   EXPECT_TRUE(result.outcome.stopped);
+  EXPECT_TRUE(result.stop_recorded) << "the log says why";
   EXPECT_EQ(result.outcome.cycles, 2u);
   EXPECT_EQ(result.records.back().power, 0.0);
 }

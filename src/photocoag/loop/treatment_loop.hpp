@@ -202,8 +202,9 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
   bool overrun = false;
   while (!end.reached(outcome.cycles)) {
     const std::size_t cycle = outcome.cycles++;
-    const DeviceSample sample = device.wait_sample(cycle);
+    DeviceSample sample = device.wait_sample(cycle);
     observer.woke(sample);
+    sample.stop_asked = sample.stop_asked || observer.stop_asked();
     const Readback readback = device.readback();
     const SampleVerdict verdict = supervisor.check(sample, readback, written);
     const Estimate estimate = controller.observe(
@@ -231,7 +232,7 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
         .next_power = kUnknown,
         .volume_predicted = predicted_volume(estimate, sample, innovation_of(controller)),
         .safety = {}};
-    const Next next = end.after(outcome.cycles, overrun, sample.stop_asked || observer.stop_asked(),
+    const Next next = end.after(outcome.cycles, overrun, sample.stop_asked,
                                 [&] { return observer.goal_reached(record); });
     if (next == Next::kTreat) {
       decide(estimate);
