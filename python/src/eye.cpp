@@ -8,7 +8,7 @@
 #include "arrays.hpp"
 #include "common.hpp"
 #include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/run/configured_eye.hpp"
 
 namespace photocoag::python {
 namespace {
@@ -23,13 +23,7 @@ class Eye {
   /// Cold tissue with this absorption factor, the noise of this seed.
   void reset(std::uint64_t seed, double absorption_factor) {
     const AbsorptionFactors at(absorption_factor, config_.plant.choroid_factor);
-    const EyeSettings settings{
-        .delay = config_.control.delay,
-        .dark_is_silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing,
-        .sensor_gain = config_.plant.bench.sample_gain,
-        .power_gain = config_.plant.bench.power_gain,
-        .power_lag = config_.plant.bench.timing.power_lag,
-        .readback = config_.plant.bench.readback == PowerReadback::kEmitted};
+    const EyeSettings settings = eye_settings(config_);
     const EyeModel eye = models_->eye();
     const double noise = config_.plant.noise;
     if (eye.full) {

@@ -1,7 +1,6 @@
 // Rows of the fault table with the eye in this process and the controller in a child: S5, T3, T4,
 // X2. Time is counted in the eye's periods, so that a busy machine changes nothing.
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,8 +13,8 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/fault_table/process_bench.hpp"
+#include "photocoag/fault_table/shared_eye.hpp"
 #include "photocoag/rt/last_resort.hpp"
-#include "photocoag/rt/shared_eye.hpp"
 
 namespace photocoag {
 namespace {
@@ -23,19 +22,6 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr std::uint64_t kNever = UINT64_MAX;
 constexpr std::uint64_t kStillDark = 2000;  // ticks: the controller never came
-
-struct Mapping {
-  Mapping() {
-    void* shared = mmap(nullptr, sizeof(SharedEyeMemory), PROT_READ | PROT_WRITE,
-                        MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (shared == MAP_FAILED) throw Error("no shared memory");
-    memory = static_cast<SharedEyeMemory*>(shared);
-  }
-  ~Mapping() { munmap(memory, sizeof(SharedEyeMemory)); }
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
-  SharedEyeMemory* memory = nullptr;
-};
 
 void fail() { throw 1; }
 
@@ -62,8 +48,7 @@ Innovation innovation_of(const ThrowingController& c) noexcept {
   setrlimit(RLIMIT_CORE, &none);
   try {
     SharedEyeDevice device(memory, 1e-3);
-    set_last_resort([](void* d) noexcept { static_cast<SharedEyeDevice*>(d)->safe_off(); },
-                    &device);
+    const LastResort guard(device);
     SafetyLimits limits = safety_limits(bench.config);
     limits.overruns_in_a_row_max = 5;  // a busy machine; the stop of T3 lasts longer
     limits.overruns_per_hundred = 100;
@@ -104,18 +89,18 @@ struct Observed {
 template <typename Act>
 Observed observe_once(const ProcessBench& bench, bool supervised, std::uint64_t when,
                       std::uint64_t ticks, Act act, std::uint64_t throw_at = kNever) {
-  Mapping mapping;
-  SharedEyeServer server(*mapping.memory, bench.fresh_eye(when + 1));
+  const SharedEyeMapping memory;
+  SharedEyeServer server(*memory, bench.fresh_eye(when + 1));
   const pid_t child = fork();
-  if (child == 0) control(bench, supervised, *mapping.memory, throw_at);
+  if (child == 0) control(bench, supervised, *memory, throw_at);
   Observed observed;
   if (child < 0) throw Error("no process");  // kill(-1, ...) would mean every process
   // Tick 0 is the first after the controller has written.
   std::int64_t start = monotonic_ns();
-  for (std::uint64_t k = 0; k < kStillDark && mapping.memory->token.load() == 0; ++k) {
+  for (std::uint64_t k = 0; k < kStillDark && memory->token.load() == 0; ++k) {
     start += kPeriodNs;
     wait_until(start);
-    if (mapping.memory->token.load() == 0) server.tick();
+    if (memory->token.load() == 0) server.tick();
   }
   for (std::uint64_t tick = 0; tick < ticks; ++tick) {
     wait_until(start + static_cast<std::int64_t>(tick) * kPeriodNs);
@@ -203,14 +188,14 @@ void thrown(const ProcessFaultOptions& options, const ProcessBench& bench, Fault
 }
 
 void second(FaultRow& row) {
-  Mapping mapping;
-  const SharedEyeDevice first(*mapping.memory, 1e-3);
-  const std::uint64_t token = mapping.memory->token.load();
+  const SharedEyeMapping memory;
+  const SharedEyeDevice first(*memory, 1e-3);
+  const std::uint64_t token = memory->token.load();
   std::string why = "a second controller was let in";
   try {
-    const SharedEyeDevice another(*mapping.memory, 1e-3);
+    const SharedEyeDevice another(*memory, 1e-3);
   } catch (const Error&) {
-    why = mapping.memory->token.load() == token ? "" : "the second one has written";
+    why = memory->token.load() == token ? "" : "the second one has written";
   }
   count(row, why);
 }

@@ -32,6 +32,7 @@ RealTime request_real_time(int core) noexcept {
   granted.fifo_priority = request_fifo_priority(kPriority);
   granted.locked_memory = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   touch_stack();
+  granted.cores = count_allowed_cores();
   if (core != kAnyCore && pin_to_core(core)) granted.core = core;
   return granted;
 }

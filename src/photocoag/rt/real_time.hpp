@@ -13,6 +13,7 @@ struct RealTime {
   bool fifo_priority = false;  ///< SCHED_FIFO
   bool locked_memory = false;  ///< mlockall: no page of the process is swapped or faulted in later
   int core = kAnyCore;         ///< that the thread runs on alone of all cores
+  int cores = 0;               ///< how many it had before
   std::string describe() const;
 };
 

@@ -69,7 +69,7 @@ SelfTestReport self_test_eye(const Config& config, bool log_has_room) {
 }
 
 OpenEye::OpenEye(const Config& config, DeviceAddress place, ModelStore& models,
-                 const Granted& granted)
+                 const RealTime& granted)
     : config_(config), place_(std::move(place)), pulses_(pulses_per_period(config)) {
   const ReducedModel& model = models.reduced();
   model_ =
@@ -87,7 +87,7 @@ OpenEye::OpenEye(const Config& config, DeviceAddress place, ModelStore& models,
   require_fitting(*device_, config, pulses_);
   last_resort_.emplace(*device_);
   of_the_device([&] {
-    pace_ = choose_pace(config, device_->welcome(), granted.real_time.fifo_priority, granted.cores);
+    pace_ = choose_pace(config, device_->welcome(), granted.fifo_priority, granted.cores);
     if (pace_.lockstep) device_->follow_in_lockstep();
     device_->prepare(curve, {.ambient_celsius = config.tissue.ambient_celsius},
                      config.photoacoustics.baseline_pulses);

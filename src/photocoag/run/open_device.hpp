@@ -82,12 +82,6 @@ class OpenSimulatedEye {
   SimulatedEye<OwnPlant, C> device_;
 };
 
-/// What the treatment's thread was granted, and how many cores the process had before.
-struct Granted {
-  RealTime real_time;
-  int cores = 0;
-};
-
 /// The simulated eye of another process: connected, its cold pulses measured, by the clock or in
 /// lockstep.
 class OpenEye {
@@ -96,7 +90,7 @@ class OpenEye {
   static constexpr bool kAnySolver = false;
 
   /// `config` must outlive this. Throws DeviceError; Error where a key of the configuration is bad.
-  OpenEye(const Config& config, DeviceAddress place, ModelStore& models, const Granted& granted);
+  OpenEye(const Config& config, DeviceAddress place, ModelStore& models, const RealTime& granted);
 
   EyeDevice& device() noexcept { return *device_; }
   const ReducedModel& model() const noexcept { return *model_; }
@@ -165,7 +159,7 @@ void with_simulated_eye(const Config& config, const ReducedModel& model, const E
 /// DeviceError.
 template <typename Use>
 void open_device(const Config& config, const DeviceAddress& place, ModelStore& models,
-                 const Granted& granted, Use use) {
+                 const RealTime& granted, Use use) {
   using Kind = DeviceAddress::Kind;
   const auto with_eye_here = [&]<Pace C>() {
     EyeModel eye;

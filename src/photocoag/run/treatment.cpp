@@ -24,12 +24,11 @@ Treatment with_room(const Config& config) {
 // run(granted) on a thread of its own with what real time the system grants; throws what it throws.
 template <typename F>
 void on_a_real_time_thread(int core, Treatment& treatment, F run) {
-  Granted granted{.real_time = {}, .cores = count_allowed_cores()};
   std::exception_ptr failure;
   std::thread([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
-    granted.real_time = request_real_time(core);
-    treatment.scheduling = granted.real_time.describe();
+    const RealTime granted = request_real_time(core);
+    treatment.scheduling = granted.describe();
     try {
       run(granted);
     } catch (...) {
@@ -87,7 +86,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAd
   }
   const LoopContext context{{.stop = &stop, .progress = &progress, .log = log.get()}, onlooker};
   Treatment treatment = with_room(config);
-  const auto run = [&](const Granted& granted) {
+  const auto run = [&](const RealTime& granted) {
     open_device(config, place, models, granted,
                 [&](auto& open) { treat(config, open, context, treatment); });
   };
