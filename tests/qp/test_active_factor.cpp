@@ -1,7 +1,6 @@
-// The factors of the active normals against the equations they solve, and `dense` where most of them
-// come and go: every corner of the box and of a plan's rows, with any weights.
+// The factors of the active normals against the equations they solve, and `dense` where most of
+// them come and go: every corner of the box and of a plan's rows, with any weights.
 #include <gtest/gtest.h>
-
 
 #include <algorithm>
 #include <cmath>
@@ -143,13 +142,14 @@ TEST(DenseSolver, EveryCornerOfAPlanIsExact) {
         const auto truth = reference_minimizer(qp, solution, 1e-12L);
         ASSERT_TRUE(truth) << n << ", " << corner;
         for (int j = 0; j < n; ++j) {
-          worst = std::max(worst,
-                           static_cast<double>(std::fabs(truth->power[j] - solution.power(j))));
+          worst =
+              std::max(worst, static_cast<double>(std::fabs(truth->power[j] - solution.power(j))));
         }
         const int rows = static_cast<int>((solution.row_multiplier.array() > 0.0).count());
         with_rows += rows > 0 ? 1 : 0;
-        most_active = std::max(
-            most_active, rows + static_cast<int>((solution.bound_multiplier.array() != 0.0).count()));
+        most_active =
+            std::max(most_active,
+                     rows + static_cast<int>((solution.bound_multiplier.array() != 0.0).count()));
       }
     }
   }

@@ -1,8 +1,8 @@
 // Role: online; the factors of the active normals of a dual method, and its step directions. Used
 // by qp/dense.
 // Source: Goldfarb and Idnani (qp/dense.hpp), section 4, in the form that is cheap where few of
-//   many constraints are active: instead of J = U^-T Q' with its n columns only those of Q that belong
-//   to active normals, by Gram and Schmidt, twice where the first time cancels.
+//   many constraints are active: instead of J = U^-T Q' with its n columns only those of Q that
+//   belong to active normals, by Gram and Schmidt, twice where the first time cancels.
 // Units: none. Real time: noexcept, O(n^2) at most, no heap. Sums run in an order that depends on
 //   the problem only: same input, same bits. Threads: one owner.
 #pragma once
@@ -45,10 +45,10 @@ class ActiveFactor {
 
   int n_ = 0;
   int count_ = 0;
-  int length_ = 0;                                // of Q's columns; the rest is 0
-  double q_[even(kMaxInputs) * kMaxInputs];       // columns, n apart
-  double r_[even(kMaxInputs) * kMaxInputs];       // columns, n apart
-  double v_[even(kMaxInputs)] = {};               // the last normal's
+  int length_ = 0;                           // of Q's columns; the rest is 0
+  double q_[even(kMaxInputs) * kMaxInputs];  // columns, n apart
+  double r_[even(kMaxInputs) * kMaxInputs];  // columns, n apart
+  double v_[even(kMaxInputs)] = {};          // the last normal's
   double d1_[even(kMaxInputs)] = {};
   double primal_[even(kMaxInputs)] = {};
   double dual_[even(kMaxInputs)] = {};
