@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "photocoag/benchmark/qp_reference.hpp"
@@ -157,6 +158,48 @@ TEST(DenseSolver, EveryCornerOfAPlanIsExact) {
   EXPECT_LE(worst, 1e-12);
   EXPECT_GT(most_active, 30);
   EXPECT_GT(with_rows, 100);
+}
+
+// N = 2 has a closed form. A second row without a limit leads past it: the same answers.
+TEST(DenseSolver, OneInputAndOneRowAreAsInTheGeneralCase) {
+  Random random(43);
+  DenseSolver solver;
+  QpSolution single;
+  QpSolution general;
+  int bound = 0;
+  int row = 0;
+  int inside = 0;
+  int none = 0;
+  for (int k = 0; k < 4000; ++k) {
+    QpProblem one = random_case(random, 1, 1).problem;
+    if (k % 7 == 0) one.rows(0, 0) = 0.0;
+    if (k % 11 == 0) one.limit(0) = one.rows(0, 0) * one.upper(0);
+    QpProblem two = one;
+    two.resize(1, 2);
+    two.hessian = one.hessian;
+    two.gradient = one.gradient;
+    two.lower = one.lower;
+    two.upper = one.upper;
+    two.rows << one.rows(0, 0), 1.0;
+    two.limit << one.limit(0), std::numeric_limits<double>::infinity();
+    const QpStatus status = solver.solve(one, single);
+    ASSERT_EQ(status, solver.solve(two, general)) << k;
+    if (status != QpStatus::kSolved) {
+      ++none;
+      continue;
+    }
+    EXPECT_NEAR(single.power(0), general.power(0), 1e-13) << k;
+    EXPECT_LE(single.iterations, general.iterations) << k;
+    EXPECT_EQ(single.iterations > 0, general.iterations > 0) << k;
+    EXPECT_LE(single.kkt_residual, 1e-14) << k;
+    bound += single.bound_multiplier(0) != 0.0 ? 1 : 0;
+    row += single.row_multiplier(0) > 0.0 ? 1 : 0;
+    inside += single.iterations == 0 ? 1 : 0;
+  }
+  EXPECT_GT(std::min({bound, row, inside, none}), 100);
+  DenseSolver none_allowed(0);
+  QpProblem qp = plan(1, 0.5, 0.0, 0.0, InputVector::Constant(1, 2.0));
+  EXPECT_EQ(none_allowed.solve(qp, single), QpStatus::kIterationLimit);
 }
 
 }  // namespace

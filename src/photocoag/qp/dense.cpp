@@ -5,6 +5,7 @@
 
 #include "photocoag/core/fixed_length.hpp"
 #include "photocoag/qp/kkt.hpp"
+#include "photocoag/qp/single.hpp"
 #include "photocoag/qp/sums.hpp"
 
 namespace photocoag {
@@ -37,6 +38,9 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
   iterations_ = 0;
   bool definite = false;
   if (sizes_match(problem)) {
+    if (problem.hessian.rows() == 1 && problem.limit.size() == 1) {
+      if (solve_single(problem, iteration_limit_ > 0, solution)) return QpStatus::kSolved;
+    }
     u_.resize(problem.hessian.rows());
     definite = factor_.minimize(problem.hessian, problem.gradient, u_.data());
     // In most problems nothing binds. The check looks at all data: what is wrong with them shows.

@@ -38,6 +38,23 @@ KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) n
 /// +infinity). Looks at all data itself: of the problem only the sizes are relied on.
 double inner_residual(const QpProblem& problem, const double* u) noexcept;
 
+/// The same of one input and one row, written out.
+inline double inner_residual_single(const QpProblem& problem, double u) noexcept {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double gradient = *problem.gradient.data();
+  const double lower = *problem.lower.data();
+  const double upper = *problem.upper.data();
+  const double term = *problem.hessian.data() * u;
+  const double value = *problem.rows.data() * u;
+  const double terms = std::abs(gradient) + std::abs(term);
+  // False for NaN. No branches: all of this is true where nothing binds.
+  const bool good = int(u >= lower) & int(u <= upper) & int(lower > -kInfinity) &
+                    int(upper < kInfinity) & int(value > -kInfinity) &
+                    int(value <= *problem.limit.data()) & int(terms < kInfinity);
+  const double error = std::abs(gradient + term);
+  return good ? (error > 0.0 ? error / terms : 0.0) : kInfinity;
+}
+
 /// What every solver's answer must satisfy before a power is written: stationarity to 1e-11,
 /// feasibility and complementarity to 1e-9. A right answer has some 1e-16.
 bool is_optimal(const KktResidual& kkt) noexcept;
