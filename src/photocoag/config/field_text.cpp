@@ -22,8 +22,9 @@ std::string value_text(const Field& field) {
     return "[" + text + "]";
   }
   if (const auto* i = std::get_if<IntegerField>(&field.value)) return fmt::format("{}", i->get());
-  if (const auto* w = std::get_if<WordField>(&field.value)) return quoted(w->words.at(w->get()));
-  if (const auto* t = std::get_if<TextField>(&field.value)) return quoted(*t->value);
+  if (const auto* w = std::get_if<WordField>(&field.value))
+    return toml_quoted(w->words.at(w->get()));
+  if (const auto* t = std::get_if<TextField>(&field.value)) return toml_quoted(*t->value);
   return "";
 }
 

@@ -98,22 +98,22 @@ std::string quantity_text(const RandomQuantity& q) {
   const auto number = [&line](std::string_view key, double value) {
     return line(key, shortest_decimal(value, 0));
   };
-  std::string text = "\n[[prior]]\n" + line("key", quoted(q.key));
+  std::string text = "\n[[prior]]\n" + line("key", toml_quoted(q.key));
   switch (q.distribution) {
     case Distribution::kNormal:
-      text += line("distribution", quoted("normal")) + number("mean", q.center) +
+      text += line("distribution", toml_quoted("normal")) + number("mean", q.center) +
               number("sigma", q.spread);
       break;
     case Distribution::kLogNormal:
-      text += line("distribution", quoted("log-normal")) + number("median", q.center) +
+      text += line("distribution", toml_quoted("log-normal")) + number("median", q.center) +
               number("sigma_log", q.spread);
       break;
     case Distribution::kUniform:
-      text += line("distribution", quoted("uniform"));
+      text += line("distribution", toml_quoted("uniform"));
       break;
   }
   return text + number("low", q.low) + number("high", q.high) +
-         line("use", quoted(q.considered ? "considered" : "estimated"));
+         line("use", toml_quoted(q.considered ? "considered" : "estimated"));
 }
 
 std::string prior_text(const Prior& prior) {
@@ -124,7 +124,8 @@ std::string prior_text(const Prior& prior) {
     text += quantity_text(q).substr(q == prior.quantities.front() ? 1 : 0);
   for (const Correlation& pair : prior.correlations) {
     text += fmt::format("\n[[prior_correlation]]\nbetween = [{}, {}]\nvalue   = {}\n",
-                        quoted(pair.first), quoted(pair.second), shortest_decimal(pair.value, 0));
+                        toml_quoted(pair.first), toml_quoted(pair.second),
+                        shortest_decimal(pair.value, 0));
   }
   return text;
 }

@@ -305,7 +305,7 @@ void validate_prior(const Config& config) {
       throw Error(ErrorParts{
           .key = key,
           .problem = std::move(why),
-          .found = quoted(shown(q.key)),
+          .found = toml_quoted(shown(q.key)),
           .accepted = "plant.absorption_factor, plant.noise_K, plant.tissue.spot_radius_um, "
                       "plant.tissue.transmission, plant.tissue.conductivity_W_per_mK (all layers "
                       "alike), plant.tissue.layers.NAME.absorption_per_m or .thickness_um (not of "

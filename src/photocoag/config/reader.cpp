@@ -22,7 +22,7 @@ std::string join(const std::string& path, const std::string& key) {
   const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-';
   });
-  return (path.empty() ? "" : path + ".") + (bare ? key : quoted(key));
+  return (path.empty() ? "" : path + ".") + (bare ? key : toml_quoted(key));
 }
 
 bool is_section(std::string_view key) {

@@ -104,7 +104,7 @@ Value convert(const toml::node& node, const Text& text, int depth) {
     }
   } else if (const auto* string = node.as_string()) {
     value.string = string->get();
-    value.text = shown(quoted(value.string));
+    value.text = shown(toml_quoted(value.string));
   } else {
     if (const auto* integer = node.as_integer()) value.integer = integer->get();
     if (const auto* number = node.as_floating_point()) value.number = number->get();
@@ -165,7 +165,7 @@ Value override_value(std::string_view written, const std::string& name) {
   while (written.ends_with(' ')) written.remove_suffix(1);
   const std::string as_toml = fmt::format("value = {}", written);
   if (auto entry = parse_one(as_toml, name)) return std::move(entry->value);
-  const std::string as_string = fmt::format("value = {}", quoted(written));
+  const std::string as_string = fmt::format("value = {}", toml_quoted(written));
   if (auto entry = parse_one(as_string, name)) return std::move(entry->value);
   throw Error({.where = name,
                .problem = "the value is neither TOML nor text",
@@ -228,7 +228,7 @@ Value read_override(const std::string& option) {
   if (!keys) {
     throw Error({.where = name,
                  .problem = "no key before the equals sign",
-                 .found = quoted(shown(option.substr(0, equals))),
+                 .found = toml_quoted(shown(option.substr(0, equals))),
                  .accepted = "key=value, e.g. control.period_ms=2"});
   }
   Value root;
@@ -259,7 +259,7 @@ std::string shown(std::string_view text, std::size_t most) {
   return result;
 }
 
-std::string quoted(std::string_view text) {
+std::string toml_quoted(std::string_view text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') {

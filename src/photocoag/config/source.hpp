@@ -50,6 +50,6 @@ Value read_override(const std::string& option);
 std::string shown(std::string_view text, std::size_t most = 80);
 
 /// `text` as a TOML basic string, with its quotes.
-std::string quoted(std::string_view text);
+std::string toml_quoted(std::string_view text);
 
 }  // namespace photocoag

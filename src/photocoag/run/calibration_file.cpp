@@ -88,7 +88,7 @@ CurveData load_curve(const std::string& file) {
 
 std::string to_toml(const CurveData& curve) {
   std::string text = "[curve]\n";
-  text += fmt::format("source         = {}\n", quoted(curve.source));
+  text += fmt::format("source         = {}\n", toml_quoted(curve.source));
   if (!curve.coefficients.empty()) {
     text +=
         fmt::format("coefficients   = [{}]  # c_0 + c_1 T + ..., T in deg C; only ratios count\n",
