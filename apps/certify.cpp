@@ -50,7 +50,7 @@ Range range_of(const std::string& option, const std::string& text, Range otherwi
 CertifiedBox box_of(const CertifyCommandOptions& options, const Config& config,
                     const ReducedModel& model) {
   const EstimatorSettings& estimator = config.estimator;
-  const bool two = model.parameters == 2;
+  const bool two = model.parameters.size() == 2;
   if (!two && !options.choroid.empty()) {
     throw Error(ErrorParts{.where = "--beta",
                            .problem = "the model has no second factor",

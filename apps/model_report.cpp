@@ -11,10 +11,10 @@ void print_error_report(const ReducedModel& model) {
       "volume temperature (absorption factor {:g} to {:g}{})\n",
       model.method, model.refinement == "none" ? "" : ", refined", model.order(),
       model.period * 1e3, 100.0 * model.error.peak_max(), 100.0 * model.error.volume_max(),
-      model.absorption_min, model.absorption_max,
-      model.parameters == 1
-          ? ""
-          : fmt::format(", choroid factor {:g} to {:g}", model.choroid_min, model.choroid_max));
+      model.parameters[0].min, model.parameters[0].max,
+      model.parameters.size() == 1 ? ""
+                                   : fmt::format(", choroid factor {:g} to {:g}",
+                                                 model.parameters[1].min, model.parameters[1].max));
 }
 
 }  // namespace photocoag

@@ -11,7 +11,10 @@ int main() try {
   tissue.spot_radius = 75e-6;  // m
   tissue.layers = {
       {.name = "retina", .thickness = 200e-6, .absorption = 0.0},
-      {.name = "RPE", .thickness = 8e-6, .absorption = 1e5, .scaled_by_alpha = true},
+      {.name = "RPE",
+       .thickness = 8e-6,
+       .absorption = 1e5,
+       .scaled_by = photocoag::ScaledBy::kAlpha},
       {.name = "choroid", .thickness = 400e-6, .absorption = 3e3},
       {.name = "sclera", .thickness = 700e-6, .absorption = 0.0},
   };

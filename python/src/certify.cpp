@@ -41,7 +41,7 @@ nb::dict prove(const OwnedConfig& owned, nb::handle absorption, nb::handle choro
   const ReducedModel& model = *models->reduced;
   require_certifiable(model, config.control);
   const EstimatorSettings& estimator = config.estimator;
-  const bool two = model.parameters == 2;
+  const bool two = model.parameters.size() == 2;
   if (!two && !choroid.is_none())
     refuse("choroid", choroid, "None: the model has no second factor");
   CertifiedBox box =

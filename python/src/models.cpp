@@ -33,17 +33,23 @@ struct Evaluated {
 
 Evaluated evaluate(const ReducedModel& model, AbsorptionFactors at) {
   TermVector value(model.terms());
-  TermVector slope(model.terms());
-  TermVector slope_choroid(model.terms());
-  model.theta.evaluate(at.alpha, at.beta, value, slope, slope_choroid);
-  const double norm = model.volume_normalized ? model.whole.evaluate(at.alpha, at.beta).value : 1.0;
+  TermSlopes slope;
+  model.theta.evaluate(at, value, slope);
+  const double norm = model.volume_normalized ? model.whole.evaluate(at).value : 1.0;
   return {model.B * value, model.C_volume.transpose() * value / norm};
 }
 
 ParametricMatrices discrete(const ReducedModel& model, AbsorptionFactors at) {
   ParametricMatrices matrices;
-  model.evaluate(at.alpha, at.beta, matrices);
+  model.evaluate(at, matrices);
   return matrices;
+}
+
+/// (min, max) of a parameter; (1, 1) where the model does not have it.
+nb::tuple range_of(const ReducedModel& model, std::size_t parameter) {
+  const ParameterRange range =
+      parameter < model.parameters.size() ? model.parameters[parameter] : ParameterRange{};
+  return nb::make_tuple(range.min, range.max);
 }
 
 nb::object to_table(const ErrorReport& error) {
@@ -94,16 +100,13 @@ void bind_reduced_model(nb::module_& module) {
           nb::arg("absorption_factor").none(), nb::arg("choroid_factor").none())
       .def_prop_ro("order", &Model::order)
       .def_ro("period", &Model::period)
-      .def_ro("parameters", &Model::parameters)
+      .def_prop_ro("parameters", [](const Model& m) { return m.parameters.size(); })
       .def_ro("method", &Model::method)
       .def_prop_ro("discretization",
                    [](const Model& m) { return std::string(to_string(m.discretization)); })
       .def_ro("full_order_states", &Model::full_order_states)
-      .def_prop_ro(
-          "absorption_range",
-          [](const Model& m) { return nb::make_tuple(m.absorption_min, m.absorption_max); })
-      .def_prop_ro("choroid_range",
-                   [](const Model& m) { return nb::make_tuple(m.choroid_min, m.choroid_max); })
+      .def_prop_ro("absorption_range", [](const Model& m) { return range_of(m, 0); })
+      .def_prop_ro("choroid_range", [](const Model& m) { return range_of(m, 1); })
       .def_prop_ro("error", [](const Model& m) { return to_table(m.error); })
       .def_prop_ro("certificate", [](const Model& m) { return to_table(m.certificate); })
       .def("to_json", [](const Model& m) { return to_json(m); })

@@ -69,7 +69,7 @@ PythonEstimator::PythonEstimator(nb::handle object, const ReducedModel& model,
       absorption_factor_(filter_.absorption_factor()),
       absorption_sigma_(filter_.absorption_sigma()),
       choroid_factor_(filter_.choroid_factor()) {
-  model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
+  model_.evaluate({absorption_factor_, choroid_factor_}, matrices_);
   read();
   failure_->rethrow();
 }
@@ -124,7 +124,7 @@ void PythonEstimator::read() noexcept {
         covariance_.row(row++) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), size);
       }
     }
-    model_.evaluate(absorption_factor_, choroid_factor_, matrices_);
+    model_.evaluate({absorption_factor_, choroid_factor_}, matrices_);
   });
 }
 

@@ -188,11 +188,11 @@ void expect_contract(const Tissue& t) {
   EXPECT_EQ(t.volume_temperature, VolumeTemperature::kAbsorptionWeighted);
   EXPECT_EQ(t.peak_layer, "RPE");
   ASSERT_EQ(t.layers.size(), 5U);
-  EXPECT_EQ(t.layers[0], (Layer{"retina", 190e-6, 0.0, false}));
-  EXPECT_EQ(t.layers[1], (Layer{"RPE", 6e-6, 120400.0, true}));
-  EXPECT_EQ(t.layers[2], (Layer{"unpigmented", 4e-6, 0.0, false}));
-  EXPECT_EQ(t.layers[3], (Layer{"choroid", 400e-6, 2662.2, false}));
-  EXPECT_EQ(t.layers[4], (Layer{"sclera", 700e-6, 0.0, false}));
+  EXPECT_EQ(t.layers[0], (Layer{"retina", 190e-6, 0.0}));
+  EXPECT_EQ(t.layers[1], (Layer{"RPE", 6e-6, 120400.0, ScaledBy::kAlpha}));
+  EXPECT_EQ(t.layers[2], (Layer{"unpigmented", 4e-6, 0.0}));
+  EXPECT_EQ(t.layers[3], (Layer{"choroid", 400e-6, 2662.2}));
+  EXPECT_EQ(t.layers[4], (Layer{"sclera", 700e-6, 0.0}));
 }
 
 TEST(ConfigDefaults, ContractsTextGivesTheDefaults) {

@@ -41,7 +41,7 @@ TEST(Overrides, LayersByName) {
   const Config config =
       with({"tissue.layers.RPE.thickness_um=5", "tissue.layers.\"choroid\".absorption_per_m=2000",
             "tissue.layers.RPE.scaled_by=none", "tissue.layers.choroid.scaled_by=alpha"});
-  EXPECT_EQ(config.tissue.layers[1], (Layer{"RPE", 5e-6, 120400.0, false}));
+  EXPECT_EQ(config.tissue.layers[1], (Layer{"RPE", 5e-6, 120400.0}));
   EXPECT_EQ(config.tissue.layers[3].absorption, 2000.0);
   EXPECT_EQ(config.plant.tissue, config.tissue);
   EXPECT_FALSE(config.plant.tissue_differs);
@@ -57,7 +57,7 @@ tissue.layers = [{ name = "my layer", thickness_um = 10, absorption_per_m = 1e5 
   const Config config =
       load_config(folder.write("a.toml", array), {"tissue.layers.'my layer'.scaled_by=alpha"});
   ASSERT_EQ(config.tissue.layers.size(), 1U);
-  EXPECT_EQ(config.tissue.layers[0], (Layer{"my layer", 10e-6, 1e5, true}));
+  EXPECT_EQ(config.tissue.layers[0], (Layer{"my layer", 10e-6, 1e5, ScaledBy::kAlpha}));
 }
 
 TEST(PlantTissue, FollowsTheTissueWhereItIsNotGiven) {

@@ -41,15 +41,13 @@ void randomize(Tissue& tissue, std::mt19937_64& random) {
     layer.name = "la\"y\\er é " + std::to_string(number++);
     layer.thickness = draw(random, 1e-7, 19e-3);
     layer.absorption = std::pow(10.0, draw(random, -30.0, 6.9));
-    layer.scaled_by_alpha = random() % 2 == 0;
-    layer.scaled_by_beta = !layer.scaled_by_alpha && random() % 2 == 0;
+    layer.scaled_by = ScaledBy(random() % (kMaxParameters + 1));
     if (random() % 2 == 0) layer.conductivity = draw(random, 0.1, 1.0);
     if (random() % 2 == 0) layer.density = draw(random, 800.0, 1200.0);
     if (random() % 2 == 0) layer.heat_capacity = draw(random, 2000.0, 4200.0);
     if (random() % 2 == 0) layer.perfusion = std::pow(10.0, draw(random, 0.0, 7.9));
   }
-  tissue.layers[0].scaled_by_alpha = true;  // one has to
-  tissue.layers[0].scaled_by_beta = false;
+  tissue.layers[0].scaled_by = ScaledBy::kAlpha;  // one has to
   tissue.peak_layer = tissue.layers[random() % tissue.layers.size()].name;
 }
 

@@ -81,7 +81,7 @@ TEST(Shipped, OtherTissues) {
 
   Config two = shipped("paper-1khz.toml");
   two.estimator.unknowns = Unknowns::kRpeAndChoroid;
-  two.tissue.layers[3].scaled_by_beta = true;
+  two.tissue.layers[3].scaled_by = ScaledBy::kBeta;
   two.plant.tissue = two.tissue;
   two.plant.choroid_factor = 1.4;
   EXPECT_EQ(shipped("two-unknowns.toml"), two);

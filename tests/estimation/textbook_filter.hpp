@@ -86,7 +86,7 @@ class TextbookFilter {
     RealMatrix F = RealMatrix::Identity(n_ + 1, n_ + 1);
     if (jacobians_ == Jacobians::kAnalytic) {
       F.topLeftCorner(n_, n_) = model_.A_d.cast<Real>();
-      F.col(n_).head(n_) = at(z[n_]).input_slope.cast<Real>() * u;
+      F.col(n_).head(n_) = at(z[n_]).input_slope[0].cast<Real>() * u;
       return F;
     }
     for (int j = 0; j <= n_; ++j) {
@@ -100,7 +100,7 @@ class TextbookFilter {
     if (jacobians_ == Jacobians::kAnalytic) {
       const ParametricMatrices matrices = at(z[n_]);
       H.row(0).head(n_) = matrices.volume.cast<Real>().transpose();
-      H(0, n_) = matrices.volume_slope.cast<Real>().dot(z.head(n_));
+      H(0, n_) = matrices.volume_slope[0].cast<Real>().dot(z.head(n_));
       return H;
     }
     for (int j = 0; j <= n_; ++j) {

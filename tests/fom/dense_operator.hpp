@@ -31,7 +31,8 @@ inline double transmitted(const Tissue& tissue, double alpha, double z) {
   double front = 0.0;
   for (const Layer& layer : tissue.layers) {
     const double inside = std::clamp(z - front, 0.0, layer.thickness);
-    optical_depth += inside * layer.absorption * (layer.scaled_by_alpha ? alpha : 1.0);
+    optical_depth +=
+        inside * layer.absorption * (layer.scaled_by == ScaledBy::kAlpha ? alpha : 1.0);
     front += layer.thickness;
   }
   return std::exp(-optical_depth);

@@ -48,7 +48,8 @@ Budget budget(const Tissue& tissue, const Grid& grid, const MatrixXd& temperatur
 double absorbed_share(const Tissue& tissue, double alpha) {
   double optical_depth = 0.0;
   for (const Layer& layer : tissue.layers) {
-    optical_depth += layer.absorption * layer.thickness * (layer.scaled_by_alpha ? alpha : 1.0);
+    optical_depth +=
+        layer.absorption * layer.thickness * (layer.scaled_by == ScaledBy::kAlpha ? alpha : 1.0);
   }
   return -std::expm1(-optical_depth);
 }

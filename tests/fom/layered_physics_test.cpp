@@ -36,7 +36,8 @@ TEST(Layered, ImplicitEulerBalancesHeatWithPerfusion) {
   const double alpha = 1.1;
   double optical_depth = 0.0;
   for (const Layer& layer : tissue.layers) {
-    optical_depth += layer.absorption * layer.thickness * (layer.scaled_by_alpha ? alpha : 1.0);
+    optical_depth +=
+        layer.absorption * layer.thickness * (layer.scaled_by == ScaledBy::kAlpha ? alpha : 1.0);
   }
   LayeredStepper stepper(model, Discretization::kImplicitEuler, 5e-3, alpha);
   double content = 0.0;
@@ -81,7 +82,7 @@ TEST(Layered, ImplicitEulerBalancesHeatWithPerfusion) {
 // perfusion / k)).
 TEST(Layered, SteadyPerfusedStateDecaysOnTheRightLength) {
   Tissue tissue;
-  tissue.layers = {{"RPE", 10e-6, 1e6, true}, {"choroid", 1500e-6, 0.0, false}};
+  tissue.layers = {{"RPE", 10e-6, 1e6, ScaledBy::kAlpha}, {"choroid", 1500e-6, 0.0}};
   tissue.layers[1].conductivity = 0.5;
   tissue.layers[1].perfusion = 2e7;
   tissue.domain_radius = 5e-3;
@@ -132,7 +133,7 @@ TEST(Layered, EvenPerfusionIsAFactor) {
 TEST(Layered, SteadyTwoSlabsAreTheClosedForm) {
   Tissue tissue;
   tissue.layers = {
-      {"front", 500e-6, 0.0, false}, {"RPE", 1e-6, 1e7, true}, {"back", 500e-6, 0.0, false}};
+      {"front", 500e-6, 0.0}, {"RPE", 1e-6, 1e7, ScaledBy::kAlpha}, {"back", 500e-6, 0.0}};
   tissue.layers[0].conductivity = 0.6;
   tissue.layers[2].conductivity = 0.2;
   tissue.layers[2].heat_capacity = 2000.0;

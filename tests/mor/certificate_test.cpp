@@ -82,7 +82,7 @@ std::vector<double> random_power(std::uint64_t seed, int steps, double most) {
 }
 
 Tissue with_beta(Tissue tissue) {
-  tissue.layers[3].scaled_by_beta = true;
+  tissue.layers[3].scaled_by = ScaledBy::kBeta;
   return tissue;
 }
 

@@ -101,7 +101,7 @@ TEST(AbsorptionDerivatives, AgainstDifferencesAndSampling) {
                                     law.whole()};
   for (const AbsorbedFraction& cell : cells) {
     EXPECT_NEAR(derivative(cell, {0}, 0.8), cell.evaluate(0.8).value, 1e-15);
-    EXPECT_NEAR(derivative(cell, {1}, 0.8), cell.evaluate(0.8).slope, 1e-15);
+    EXPECT_NEAR(derivative(cell, {1}, 0.8), cell.evaluate(0.8).slope[0], 1e-15);
     for (int n = 0; n <= 4; ++n) {
       const double bound = derivative_bound(cell, {n}, {0.3, 1.7});
       double largest = 0.0;
@@ -122,12 +122,12 @@ TEST(AbsorptionDerivatives, AgainstDifferencesAndSampling) {
 // bounds by dense sampling.
 TEST(AbsorptionDerivatives, ByBothFactors) {
   Tissue tissue = testing::literature_choroid();
-  tissue.layers[3].scaled_by_beta = true;
+  tissue.layers[3].scaled_by = ScaledBy::kBeta;
   const AbsorptionLaw law{tissue};
   const FactorRange range{{0.3, 0.5}, {1.7, 2.0}};
   for (const AbsorbedFraction& cell : {law.between(190e-6, 190.2e-6), law.between(195e-6, 196e-6),
                                        law.between(300e-6, 310e-6), law.whole()}) {
-    EXPECT_NEAR(derivative(cell, {0, 1}, {0.8, 1.2}), cell.evaluate(0.8, 1.2).slope_choroid, 1e-15);
+    EXPECT_NEAR(derivative(cell, {0, 1}, {0.8, 1.2}), cell.evaluate({0.8, 1.2}).slope[1], 1e-15);
     for (int n = 0; n <= 2; ++n) {
       for (int m = 0; m <= 4; ++m) {
         const double bound = derivative_bound(cell, {n, m}, range);

@@ -60,7 +60,7 @@ TEST(Reduce, RefusesAPeakThatFallsWithAlpha) {
   Tissue deep;
   deep.peak_layer = "choroid";
   Tissue thick;
-  thick.layers = {{"RPE", 300e-6, 5000.0, true}};
+  thick.layers = {{"RPE", 300e-6, 5000.0, ScaledBy::kAlpha}};
   for (const Tissue& tissue : {deep, thick}) {
     EXPECT_EQ(testing::thrown_by([&] { reduced(model_of(tissue, 3000)); }).key, "C_peak");
   }

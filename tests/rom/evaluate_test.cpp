@@ -31,16 +31,16 @@ TEST(Evaluate, IsTheSumOfItsTerms) {
       VectorXd volume = VectorXd::Zero(model.order());
       for (int j = 0; j < model.terms(); ++j) {
         const AbsorbedFraction& p = model.theta.points[j];
-        const double theta = std::exp(-(p.fixed_front + alpha * p.scaled_front)) -
-                             std::exp(-(p.fixed_back + alpha * p.scaled_back));
+        const double theta = std::exp(-(p.fixed_front + alpha * p.front[0])) -
+                             std::exp(-(p.fixed_back + alpha * p.back[0]));
         input += theta * VectorXd(model.B_d.col(j));
         volume += theta * VectorXd(model.C_volume.row(j).transpose());
       }
       if (model.volume_normalized) {
         double optical_depth = 0.0;
         for (const Layer& layer : model.tissue.layers) {
-          optical_depth +=
-              layer.absorption * layer.thickness * (layer.scaled_by_alpha ? alpha : 1.0);
+          optical_depth += layer.absorption * layer.thickness *
+                           (layer.scaled_by == ScaledBy::kAlpha ? alpha : 1.0);
         }
         volume /= -std::expm1(-optical_depth);
       }
@@ -70,11 +70,11 @@ TEST(Evaluate, SlopesAreTheDerivatives) {
       // (the absorption length of the RPE is 0.72), and rounding 1e-16 / h.
       const VectorXd input = (4.0 * input2 - input1) / 3.0;
       const VectorXd volume = (4.0 * volume2 - volume1) / 3.0;
-      EXPECT_LT((VectorXd(at.input_slope) - input).norm(), 1e-10 * VectorXd(at.input).norm())
+      EXPECT_LT((VectorXd(at.input_slope[0]) - input).norm(), 1e-10 * VectorXd(at.input).norm())
           << alpha;
-      EXPECT_LT((VectorXd(at.volume_slope) - volume).norm(), 1e-10 * VectorXd(at.volume).norm())
+      EXPECT_LT((VectorXd(at.volume_slope[0]) - volume).norm(), 1e-10 * VectorXd(at.volume).norm())
           << alpha;
-      EXPECT_GT(VectorXd(at.input_slope).norm(), 0.01 * VectorXd(at.input).norm());
+      EXPECT_GT(VectorXd(at.input_slope[0]).norm(), 0.01 * VectorXd(at.input).norm());
     }
   }
 }

@@ -32,8 +32,11 @@ void expect_same(const ReducedModel& a, const ReducedModel& b) {
   EXPECT_EQ(a.discretization, b.discretization);
   EXPECT_EQ(a.A_d, b.A_d);
   EXPECT_EQ(a.B_d, b.B_d);
-  EXPECT_EQ(a.absorption_min, b.absorption_min);
-  EXPECT_EQ(a.absorption_max, b.absorption_max);
+  ASSERT_EQ(a.parameters.size(), b.parameters.size());
+  for (std::size_t q = 0; q < a.parameters.size(); ++q) {
+    EXPECT_EQ(a.parameters[q].min, b.parameters[q].min);
+    EXPECT_EQ(a.parameters[q].max, b.parameters[q].max);
+  }
   EXPECT_EQ(a.method, b.method);
   EXPECT_EQ(a.parameter_dependence, b.parameter_dependence);
   EXPECT_EQ(a.tissue, b.tissue);

@@ -15,10 +15,10 @@ namespace {
 Theta theta_of(ThetaKind kind, int terms) {
   Theta theta{.terms = terms, .kind = kind};
   for (int j = 0; j < terms; ++j) {
-    theta.points[j] = {.scaled_front = 0.05 * j, .fixed_back = 0.01, .scaled_back = 0.05 * (j + 1)};
+    theta.points[j] = {.fixed_back = 0.01, .front = {0.05 * j}, .back = {0.05 * (j + 1)}};
   }
-  if (kind == ThetaKind::kChebyshev) theta.center = 1.1, theta.half_width = 0.9;
-  if (kind == ThetaKind::kTaylor) theta.center = 0.7363;
+  if (kind == ThetaKind::kChebyshev) theta.factors[0] = {.center = 1.1, .half_width = 0.9};
+  if (kind == ThetaKind::kTaylor) theta.factors[0].center = 0.7363;
   return theta;
 }
 

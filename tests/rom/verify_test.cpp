@@ -81,8 +81,8 @@ const std::vector<Fault>& faults() {
       {"peak does not depend on alpha", "C_peak",
        [](ReducedModel& m) {
          for (int j = 0; j < m.theta.terms; ++j) {
-           m.theta.points[j].scaled_front = 0.0;
-           m.theta.points[j].scaled_back = 0.0;
+           m.theta.points[j].front[0] = 0.0;
+           m.theta.points[j].back[0] = 0.0;
          }
        }},
       {"response falls below zero", "C_peak",

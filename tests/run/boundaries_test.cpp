@@ -32,7 +32,7 @@ TEST(Boundaries, FrontOfThePapersTissueIsTooCloseForLongTreatments) {
 
 TEST(Boundaries, ALargeDomainDoesNotCareForASecond) {
   Tissue tissue;
-  tissue.layers.insert(tissue.layers.begin(), Layer{"vitreous", 4e-3, 0.0, false});
+  tissue.layers.insert(tissue.layers.begin(), Layer{"vitreous", 4e-3, 0.0});
   tissue.layers.back().thickness = 4e-3;
   tissue.domain_radius = 4e-3;
   for (const BoundaryEffect& effect : boundary_effects(tissue, kCoarse, 1.1, {0.1, 1.0})) {

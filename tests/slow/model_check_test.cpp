@@ -78,10 +78,10 @@ TEST(ModelCheck, NumbersThatAreNotTheTissuesAreRefused) {
   // The dependence on alpha stretched: right at alpha = 1 only.
   ReducedModel stretched = good;
   for (AbsorbedFraction& point : stretched.theta.points) {
-    point.fixed_front += 0.3 * point.scaled_front;
-    point.scaled_front *= 0.7;
-    point.fixed_back += 0.3 * point.scaled_back;
-    point.scaled_back *= 0.7;
+    point.fixed_front += 0.3 * point.front[0];
+    point.front[0] *= 0.7;
+    point.fixed_back += 0.3 * point.back[0];
+    point.back[0] *= 0.7;
   }
   EXPECT_NO_THROW(verify(stretched));
   EXPECT_EQ(key_of(stretched), peak);
@@ -111,9 +111,9 @@ TEST(ModelCheck, EveryTimeSchemeRateAndTissueIsAcceptedInItsOwn) {
   EXPECT_NO_THROW(check_model(coarse_model(with_beta()), with_beta(), both, ""));
   ReducedModel blind = coarse_model(with_beta());
   for (AbsorbedFraction& point : blind.theta.points) {
-    point.fixed_front += point.choroid_front;
-    point.fixed_back += point.choroid_back;
-    point.choroid_front = point.choroid_back = 0.0;
+    point.fixed_front += point.front[1];
+    point.fixed_back += point.back[1];
+    point.front[1] = point.back[1] = 0.0;
   }
   EXPECT_FALSE(key_of(blind, with_beta(), both).empty()) << "beta plays no part in it";
 }

@@ -19,7 +19,7 @@ inline Tissue literature_choroid() {
 /// The choroid's absorption times beta: two parameters.
 inline Tissue with_beta(Tissue tissue = {}) {
   for (Layer& layer : tissue.layers) {
-    if (layer.name == "choroid") layer.scaled_by_beta = true;
+    if (layer.name == "choroid") layer.scaled_by = ScaledBy::kBeta;
   }
   return tissue;
 }
@@ -28,7 +28,7 @@ inline Tissue with_beta(Tissue tissue = {}) {
 inline Tissue with_vitreous() {
   Tissue tissue;
   tissue.layers[4].thickness = 2000e-6;
-  tissue.layers.insert(tissue.layers.begin(), Layer{"vitreous", 2000e-6, 0.0, false});
+  tissue.layers.insert(tissue.layers.begin(), Layer{"vitreous", 2000e-6, 0.0});
   return tissue;
 }
 
@@ -81,7 +81,7 @@ inline std::vector<std::pair<std::string, Tissue>> various_tissues() {
   Tissue narrow;
   narrow.domain_radius = 2.0 * narrow.spot_radius;
   Tissue single;
-  single.layers = {{"RPE", 300e-6, 5000.0, true}};
+  single.layers = {{"RPE", 300e-6, 5000.0, ScaledBy::kAlpha}};
   Tissue deep_peak;
   deep_peak.peak_layer = "choroid";
   return {{"default", Tissue{}},

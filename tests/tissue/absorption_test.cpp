@@ -15,9 +15,10 @@ namespace {
 // Four absorbing layers, two of them scaled, with a clear one between.
 Tissue many_layers() {
   Tissue tissue;
-  tissue.layers = {{"retina", 190e-6, 120.0, false},   {"RPE", 6e-6, 120400.0, true},
-                   {"unpigmented", 4e-6, 0.0, false},  {"choriocapillaris", 20e-6, 9000.0, true},
-                   {"choroid", 300e-6, 2662.2, false}, {"sclera", 100e-6, 50.0, false}};
+  tissue.layers = {
+      {"retina", 190e-6, 120.0},   {"RPE", 6e-6, 120400.0, ScaledBy::kAlpha},
+      {"unpigmented", 4e-6, 0.0},  {"choriocapillaris", 20e-6, 9000.0, ScaledBy::kAlpha},
+      {"choroid", 300e-6, 2662.2}, {"sclera", 100e-6, 50.0}};
   return tissue;
 }
 

@@ -58,11 +58,11 @@ TEST(Tissue, EveryBadValueIsNamed) {
       {"layers", [](Tissue& t) { t.layers.clear(); }},
       {"layers",
        [](Tissue& t) {
-         t.layers.resize(33, {"x", 1e-6, 1.0, false});
+         t.layers.resize(33, {"x", 1e-6, 1.0});
        }},
       {"layers", [](Tissue& t) { t.layers[0].name.clear(); }},
       {"layers", [](Tissue& t) { t.layers[0].name = "sclera"; }},
-      {"layers", [](Tissue& t) { t.layers[1].scaled_by_alpha = false; }},
+      {"layers", [](Tissue& t) { t.layers[1].scaled_by = ScaledBy::kNothing; }},
       {"layers", [](Tissue& t) { t.layers[1].absorption = 0.0; }},
       {"layers.RPE.thickness_um", [](Tissue& t) { t.layers[1].thickness = 0.0; }},
       {"layers.RPE.thickness_um", [](Tissue& t) { t.layers[1].thickness = 6.0; }},

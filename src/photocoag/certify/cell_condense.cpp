@@ -22,8 +22,8 @@ std::array<Taylor, kMaxTerms> coefficients_of(const Theta& theta, const Taylor& 
     };
     for (int j = 0; j < theta.terms; ++j) {
       const AbsorbedFraction& p = theta.points[j];
-      value[j] = left(p.fixed_front, p.choroid_front, p.scaled_front) -
-                 left(p.fixed_back, p.choroid_back, p.scaled_back);
+      value[j] =
+          left(p.fixed_front, p.front[1], p.front[0]) - left(p.fixed_back, p.back[1], p.back[0]);
     }
     return value;
   }
@@ -39,14 +39,13 @@ std::array<Taylor, kMaxTerms> coefficients_of(const Theta& theta, const Taylor& 
     }
     return p;
   };
-  const auto scaled = [](const Taylor& v, double center, double half_width) {
-    return (v - Taylor(Interval(center))) * reciprocal(Interval(half_width));
+  const auto scaled = [](const Taylor& v, const ThetaFactor& factor) {
+    return (v - Taylor(Interval(factor.center))) * reciprocal(Interval(factor.half_width));
   };
-  const int own = theta.terms / theta.choroid_terms;
-  const auto a = polynomials(scaled(alpha, theta.center, theta.half_width), own, chebyshev);
-  const auto b = polynomials(scaled(beta, theta.choroid_center, theta.choroid_half_width),
-                             theta.choroid_terms, true);
-  for (int k = 0; k < theta.choroid_terms; ++k) {
+  const int own = theta.terms_of(0);
+  const auto a = polynomials(scaled(alpha, theta.factors[0]), own, chebyshev);
+  const auto b = polynomials(scaled(beta, theta.factors[1]), theta.terms_of(1), true);
+  for (int k = 0; k < theta.terms_of(1); ++k) {
     for (int j = 0; j < own; ++j) value[k * own + j] = a[j] * b[k];
   }
   return value;
@@ -83,7 +82,7 @@ Taylor place(const Range& range, int axis) {
 
 std::array<Taylor, kMaxTerms> coefficients_in(const ReducedModel& model, const Range& absorption,
                                               const Range& choroid) {
-  const Taylor beta = model.parameters == 1 ? Taylor(Interval(1.0)) : place(choroid, 1);
+  const Taylor beta = model.parameters.size() == 1 ? Taylor(Interval(1.0)) : place(choroid, 1);
   return coefficients_of(model.theta, place(absorption, 0), beta);
 }
 

@@ -126,7 +126,7 @@ class Certifier {
       value = range.low + (range.high - range.low) * std::clamp(u * 1.25 - 0.125, 0.0, 1.0);
     };
     place(box_.absorption, point.absorption);
-    if (model_.parameters == 2) place(box_.choroid, point.choroid);
+    if (model_.parameters.size() == 2) place(box_.choroid, point.choroid);
     for (int k = 0; k < inputs_; ++k) place(box_.free[k], point.free[k]);
     if (settings_.power_change_weight > 0.0) place(box_.previous, point.previous);
   }
@@ -192,7 +192,7 @@ class Certifier {
     for (int k = 0; k < inputs_; ++k) point.free[k] = at(box.free[k]);
     if (settings_.power_change_weight > 0.0) point.previous = at(box.previous);
     point.absorption = at(box.absorption);
-    if (model_.parameters == 2) point.choroid = at(box.choroid);
+    if (model_.parameters.size() == 2) point.choroid = at(box.choroid);
     return point;
   }
 
@@ -227,7 +227,7 @@ class Certifier {
     result.volume *= 0.5;
     const bool previous = settings_.power_change_weight > 0.0;
     const std::vector<Range*> ranges =
-        ranges_of(result.box, inputs_, model_.parameters == 2, previous);
+        ranges_of(result.box, inputs_, model_.parameters.size() == 2, previous);
     Range* widest = ranges.front();
     double largest = 0.0;
     for (Range* range : ranges) {

@@ -26,7 +26,7 @@ const QpProblem& SampledProblem::at(const ParameterPoint& point) {
   const double scale = settings_.power_max;
   const double r1 = settings_.power_weight * scale * scale;
   const double r2 = settings_.power_change_weight * scale * scale;
-  model_.evaluate(point.absorption, point.choroid, matrices_);
+  model_.evaluate({point.absorption, point.choroid}, matrices_);
   const double reference = settings_.peak_reference / steady_row_.dot(matrices_.input) / scale;
   InputMatrix& g = problem_.rows;
   g.setZero();

@@ -35,7 +35,8 @@ Json model_lines(const ReducedModel& model) {
                                 model.refinement == "none" ? "" : ", refined", model.order())));
   lines.push_back(line("SHA-256", sha256_hex(to_json(model))));
   lines.push_back(line("Period", fmt::format("{:g} ms", model.period * 1e3)));
-  lines.push_back(line("Absorption factor", range(model.absorption_min, model.absorption_max)));
+  lines.push_back(
+      line("Absorption factor", range(model.parameters[0].min, model.parameters[0].max)));
   lines.push_back(
       line("Largest measured error",
            fmt::format("{:.2f} % of the peak, {:.2f} % of the volume temperature",

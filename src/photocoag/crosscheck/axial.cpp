@@ -10,9 +10,9 @@ namespace photocoag::crosscheck {
 namespace {
 
 double coefficient(const Layer& layer, AbsorptionFactors at) {
-  return layer.absorption * (layer.scaled_by_alpha  ? at.alpha
-                             : layer.scaled_by_beta ? at.beta
-                                                    : 1.0);
+  return layer.absorption * (layer.scaled_by == ScaledBy::kAlpha  ? at.alpha
+                             : layer.scaled_by == ScaledBy::kBeta ? at.beta
+                                                                  : 1.0);
 }
 
 /// A symmetric tridiagonal matrix, and its factors L D L^T.

@@ -35,8 +35,8 @@ ExtendedEstimate::ExtendedEstimate(const ReducedModel& model, const EstimatorSet
       unknowns_(settings.unknown_count()),
       gate_(settings.outlier_sigma) {
   settings.validate();
-  require(model.parameters >= settings.unknown_count(), "estimator.unknowns",
-          std::string_view("\"rpe-and-choroid\""),
+  require(static_cast<int>(model.parameters.size()) >= settings.unknown_count(),
+          "estimator.unknowns", std::string_view("\"rpe-and-choroid\""),
           "\"rpe\", or a model with both parameters: a [tissue] with a layer that has scaled_by = "
           "\"beta\"");
 }

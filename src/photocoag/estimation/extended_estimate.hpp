@@ -44,7 +44,7 @@ class ExtendedEstimate {
   template <int U>
   void predict_estimate(double power) noexcept {
     SlopeMatrix b(order_, U);
-    for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power;
+    for (int q = 0; q < U; ++q) b.col(q) = matrices_.input_slope[q] * power;
     predict_covariance<U>(model_.A_d, decay_, matrices_.input, b, unknown_power_variance(),
                           drift_variance(settings_), covariance_);
     state_ = (next_free_state(model_.A_d, decay_, state_) + matrices_.input * power).eval();

@@ -14,6 +14,7 @@
 
 namespace photocoag {
 
+/// More unknowns: the posterior's quantities (rom/uncertain_model.hpp).
 inline constexpr int kMaxUnknowns = 2;
 inline constexpr int kMaxExtended = kMaxOrder + kMaxUnknowns;
 
@@ -37,19 +38,12 @@ inline Parameters drift_variance(const EstimatorSettings& s) noexcept {
           s.choroid_process_noise * s.choroid_process_noise};
 }
 
-inline const StateVector& input_slope(const ParametricMatrices& m, int q) noexcept {
-  return q == 0 ? m.input_slope : m.input_slope_choroid;
-}
-inline const StateVector& volume_slope(const ParametricMatrices& m, int q) noexcept {
-  return q == 0 ? m.volume_slope : m.volume_slope_choroid;
-}
-
 inline void evaluate_at(const ReducedModel& model, const Parameters& p,
                         ParametricMatrices& out) noexcept {
-  if (model.parameters == 1) {
+  if (model.parameters.size() == 1) {
     model.evaluate(p[0], out);
   } else {
-    model.evaluate(p[0], p[1], out);
+    model.evaluate({p[0], p[1]}, out);
   }
 }
 
@@ -180,7 +174,7 @@ ExtendedVector measurement_row(const ParametricMatrices& m, const StateVector& x
   const Eigen::Index n = x.size();
   ExtendedVector h(n + U);
   h.head(n) = m.volume;
-  for (int q = 0; q < U; ++q) h[n + q] = volume_slope(m, q).dot(x);
+  for (int q = 0; q < U; ++q) h[n + q] = m.volume_slope[q].dot(x);
   return h;
 }
 

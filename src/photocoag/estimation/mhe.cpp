@@ -66,7 +66,7 @@ void MovingHorizonEstimator::absorb_oldest() noexcept {
   const int n = order_;
   const double u = power_[0] + unknown_power_[0];
   SlopeMatrix b(n, U);
-  for (int q = 0; q < U; ++q) b.col(q) = input_slope(matrices_, q) * power_[0];
+  for (int q = 0; q < U; ++q) b.col(q) = matrices_.input_slope[q] * power_[0];
   const StateVector reached = model_.A_d.lazyProduct(start_state_) + matrices_.input * u;
   StateVector mean = model_.A_d.lazyProduct(prior_mean_.head(n)) + matrices_.input * power_[0];
   for (int q = 0; q < U; ++q) mean += b.col(q) * (prior_mean_[n + q] - parameters_[q]);
@@ -150,8 +150,7 @@ void MovingHorizonEstimator::linearize(Linearization& at) const noexcept {
     const double u = power_[j] + unknown_power_[j];
     x = (model_.A_d.lazyProduct(x) + matrices_.input * u).eval();
     at.end_slope = (model_.A_d.lazyProduct(at.end_slope)).eval();
-    for (int q = 0; q < unknowns_; ++q)
-      at.end_slope.col(q) += input_slope(matrices_, q) * power_[j];
+    for (int q = 0; q < unknowns_; ++q) at.end_slope.col(q) += matrices_.input_slope[q] * power_[j];
     if (std::isnan(sample_[j])) continue;
     const int r = at.rows++;
     at.period[r] = j;
@@ -159,7 +158,7 @@ void MovingHorizonEstimator::linearize(Linearization& at) const noexcept {
     for (int i = 0; i < n; ++i) at.gradient(r, i) = row[i];
     for (int q = 0; q < unknowns_; ++q) {
       at.gradient(r, n + q) =
-          volume_slope(matrices_, q).dot(x) + matrices_.volume.dot(at.end_slope.col(q));
+          matrices_.volume_slope[q].dot(x) + matrices_.volume.dot(at.end_slope.col(q));
     }
   }
 }

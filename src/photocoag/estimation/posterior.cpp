@@ -230,9 +230,9 @@ void PosteriorEstimator::publish() noexcept {
   const QuantityVector row = peak_slope_.transpose().lazyProduct(x_);
   peak_sigma_ = std::sqrt(quadratic_form(covariance_, row));
   matrices_.input = peak_residue_.cwiseProduct(gain_);
-  matrices_.input_slope = peak_slope_.col(0).cwiseProduct(gain_) / std::exp(log_q_[0]);
+  matrices_.input_slope[0] = peak_slope_.col(0).cwiseProduct(gain_) / std::exp(log_q_[0]);
   matrices_.volume.setZero(n);
-  matrices_.volume_slope.setZero(n);
+  matrices_.volume_slope[0].setZero(n);
   extended_covariance_.setZero(n + 1, n + 1);
   extended_covariance_(n, n) = absorption_sigma() * absorption_sigma();
 }

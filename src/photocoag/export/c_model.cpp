@@ -51,11 +51,11 @@ Terms terms_at(const ReducedModel& model, double beta) {
   const int terms = model.theta.terms;
   Terms all{MatrixXd(model.B_d).leftCols(terms),
             MatrixXd(model.C_volume).topRows(terms).transpose()};
-  const int factors = model.theta.choroid_terms;
-  if (model.parameters == 1 || model.theta.kind != ThetaKind::kChebyshev) return all;
+  const int factors = model.theta.factors[1].terms;
+  if (model.parameters.size() == 1 || model.theta.kind != ThetaKind::kChebyshev) return all;
   // sum over k of T_k(y): what is left depends on alpha alone.
   const int own = terms / factors;
-  const double y = (beta - model.theta.choroid_center) / model.theta.choroid_half_width;
+  const double y = (beta - model.theta.factors[1].center) / model.theta.factors[1].half_width;
   Terms folded{MatrixXd::Zero(model.order(), own), MatrixXd::Zero(model.order(), own)};
   double factor = 1.0;
   double next = y;
@@ -70,9 +70,9 @@ Terms terms_at(const ReducedModel& model, double beta) {
 }
 
 std::string layer(const AbsorbedFraction& between, double beta, const CNumbers& write) {
-  const AbsorbedFraction s = between.at_choroid(beta);
-  return write.list(std::vector<double>{s.fixed_front, s.scaled_front, s.fixed_back - s.fixed_front,
-                                        s.scaled_back - s.scaled_front});
+  const AbsorbedFraction s = between.of_alpha({1.0, beta});
+  return write.list(std::vector<double>{s.fixed_front, s.front[0], s.fixed_back - s.fixed_front,
+                                        s.back[0] - s.front[0]});
 }
 
 void add_model(const ReducedModel& model, double beta, const CNumbers& write, Values& out) {
@@ -88,8 +88,8 @@ void add_model(const ReducedModel& model, double beta, const CNumbers& write, Va
   out["volume_terms"] = write.matrix(terms.volume);
   out["theta_deim"] = flag(deim);
   out["theta_chebyshev"] = flag(model.theta.kind == ThetaKind::kChebyshev);
-  out["theta_center"] = write.number(model.theta.center);
-  out["theta_half_width"] = write.number(model.theta.half_width);
+  out["theta_center"] = write.number(model.theta.factors[0].center);
+  out["theta_half_width"] = write.number(model.theta.factors[0].half_width);
   std::vector<std::string> points;
   for (int j = 0; deim && j < model.theta.terms; ++j) {
     points.push_back(layer(model.theta.points[static_cast<std::size_t>(j)], beta, write));

@@ -95,8 +95,7 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
                            .accepted = "no thermal data of single layers"});
   }
   const OutputWeights weights = model_->output_weights(absorption);
-  const double absorbed =
-      AbsorptionLaw(model_->tissue()).whole().evaluate(absorption.alpha, absorption.beta).value;
+  const double absorbed = AbsorptionLaw(model_->tissue()).whole().evaluate(absorption).value;
   peak_weight_ = weights.peak;
   volume_weight_ = weights.volume * (model_->volume_norm(absorption) / absorbed);
   prepare_modes(pulse_period);
@@ -143,7 +142,7 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
   const std::vector<AbsorbedFraction>& cells = model_->cell_absorption();
   VectorXd absorbed(static_cast<Index>(cells.size()));
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption.alpha, absorption.beta).value;
+    absorbed[static_cast<Index>(c)] = cells[c].evaluate(absorption).value;
   }
   const VectorXd source = model_->axial_source(absorption) * model_->input_gain();
   const MatrixXd by_depth =

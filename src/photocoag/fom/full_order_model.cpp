@@ -227,7 +227,7 @@ void FullOrderModel::set_absorption_and_beam() {
 VectorXd FullOrderModel::axial_source(AbsorptionFactors at) const {
   VectorXd absorbed(axial_.size());
   for (Index j = 0; j < axial_.size(); ++j) {
-    absorbed[j] = cell_absorption_[j].evaluate(at.alpha, at.beta).value;
+    absorbed[j] = cell_absorption_[j].evaluate(at).value;
   }
   return axial_source(absorbed);
 }
@@ -238,7 +238,7 @@ VectorXd FullOrderModel::axial_source(const VectorXd& absorbed_per_cell) const {
 
 double FullOrderModel::volume_norm(AbsorptionFactors at) const noexcept {
   return tissue_.volume_temperature == VolumeTemperature::kNormalized
-             ? whole_absorption_.evaluate(at.alpha, at.beta).value
+             ? whole_absorption_.evaluate(at).value
              : 1.0;
 }
 

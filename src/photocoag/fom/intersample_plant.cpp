@@ -80,8 +80,7 @@ void IntersamplePlant::set_source() noexcept {
   const Modes& axial = model_->axial();
   for (Index j = 0; j < absorbed_.size(); ++j) {
     absorbed_[j] =
-        cells[static_cast<std::size_t>(j)].evaluate(absorption_.alpha, absorption_.beta).value /
-        axial.root_measure[j];
+        cells[static_cast<std::size_t>(j)].evaluate(absorption_).value / axial.root_measure[j];
   }
   for (Index j = 0; j < source_.size(); ++j) source_[j] = axial.vectors.col(j).dot(absorbed_);
   norm_ = model_->volume_norm(absorption_);

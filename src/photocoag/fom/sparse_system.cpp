@@ -118,7 +118,7 @@ VectorXd peak_of_cells(const FullOrderModel& model) {
 VectorXd volume_of_cells(const FullOrderModel& model, AbsorptionFactors at) {
   double absorbed = 1.0;
   if (model.tissue().volume_temperature == VolumeTemperature::kNormalized) {
-    absorbed = AbsorptionLaw(model.tissue()).whole().evaluate(at.alpha, at.beta).value;
+    absorbed = AbsorptionLaw(model.tissue()).whole().evaluate(at).value;
   }
   return outer(functional_of_cells(model.radial(), model.beam()),
                functional_of_cells(model.axial(), model.axial_source(at))) /

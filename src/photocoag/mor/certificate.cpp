@@ -164,9 +164,10 @@ ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full
                          const CertificateSettings& settings) {
   const std::string_view reason = why_uncertified(reduced.discretization);
   if (!reason.empty()) throw Error("no certificate: " + std::string(reason));
-  const bool two = reduced.parameters == 2;
-  const FactorNodes nodes({{reduced.absorption_min, two ? reduced.choroid_min : 1.0},
-                           {reduced.absorption_max, two ? reduced.choroid_max : 1.0}},
+  const bool two = reduced.parameters.size() == 2;
+  const ParameterRange alpha = reduced.parameters[0];
+  const ParameterRange beta = two ? reduced.parameters[1] : ParameterRange{};
+  const FactorNodes nodes({{alpha.min, beta.min}, {alpha.max, beta.max}},
                           two ? settings.nodes_beside_beta : settings.nodes,
                           two ? settings.choroid_nodes : 1);
   const ReducedExpansion expansion = expand_reduced(reduced, nodes);
@@ -214,7 +215,7 @@ ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full
   VectorXd norm = VectorXd::Ones(alphas);
   if (reduced.volume_normalized) {
     for (Index i = 0; i < alphas; ++i) {
-      norm[i] = reduced.whole.evaluate(nodes.at(i).alpha, nodes.at(i).beta).value;
+      norm[i] = reduced.whole.evaluate(nodes.at(i)).value;
     }
   }
   ErrorCertificate certificate;

@@ -27,8 +27,7 @@ MatrixXd source_snapshots(const FullOrderModel& full,
   MatrixXd snapshots(static_cast<Index>(cells.size()), static_cast<Index>(factors.size()));
   for (Index a = 0; a < snapshots.cols(); ++a) {
     for (Index j = 0; j < snapshots.rows(); ++j) {
-      snapshots(j, a) =
-          cells[j].evaluate(factors[a].alpha, factors[a].beta).value / full.axial().root_measure[j];
+      snapshots(j, a) = cells[j].evaluate(factors[a]).value / full.axial().root_measure[j];
     }
   }
   return snapshots;
@@ -56,13 +55,12 @@ ParametricSource chebyshev(const FullOrderModel& full, int terms) {
   ParametricSource result;
   result.theta.kind = ThetaKind::kChebyshev;
   result.theta.terms = terms;
-  result.theta.center = 0.5 * (kLow + kHigh);
-  result.theta.half_width = 0.5 * (kHigh - kLow);
+  ThetaFactor& alpha = result.theta.factors[0];
+  alpha = {.center = 0.5 * (kLow + kHigh), .half_width = 0.5 * (kHigh - kLow)};
   result.sources = MatrixXd::Zero(full.axial().size(), terms);
   for (int k = 0; k < terms; ++k) {
     const double angle = std::numbers::pi * (k + 0.5) / terms;
-    const VectorXd value =
-        full.axial_source(result.theta.center + result.theta.half_width * std::cos(angle));
+    const VectorXd value = full.axial_source(alpha.center + alpha.half_width * std::cos(angle));
     for (int j = 0; j < terms; ++j) {
       result.sources.col(j) += (j == 0 ? 1.0 : 2.0) / terms * std::cos(j * angle) * value;
     }
@@ -79,11 +77,11 @@ ParametricSource chebyshev(const FullOrderModel& full, int terms, const ChoroidR
   Theta& theta = result.theta;
   theta.kind = ThetaKind::kChebyshev;
   theta.terms = alpha_terms * beta_terms;
-  theta.center = 0.5 * (kLow + kHigh);
-  theta.half_width = 0.5 * (kHigh - kLow);
-  theta.choroid_terms = beta_terms;
-  theta.choroid_center = 0.5 * (choroid.low / kChoroidMargin + choroid.high * kChoroidMargin);
-  theta.choroid_half_width = theta.choroid_center - choroid.low / kChoroidMargin;
+  auto& [alpha, beta] = theta.factors;
+  alpha = {.center = 0.5 * (kLow + kHigh), .half_width = 0.5 * (kHigh - kLow)};
+  beta.terms = beta_terms;
+  beta.center = 0.5 * (choroid.low / kChoroidMargin + choroid.high * kChoroidMargin);
+  beta.half_width = beta.center - choroid.low / kChoroidMargin;
   result.sources = MatrixXd::Zero(full.axial().size(), theta.terms);
   const auto weight = [](int j, int terms_of, double angle) {
     return (j == 0 ? 1.0 : 2.0) / terms_of * std::cos(j * angle);
@@ -92,9 +90,9 @@ ParametricSource chebyshev(const FullOrderModel& full, int terms, const ChoroidR
     const double beta_angle = std::numbers::pi * (l + 0.5) / beta_terms;
     for (int k = 0; k < alpha_terms; ++k) {
       const double angle = std::numbers::pi * (k + 0.5) / alpha_terms;
-      const VectorXd value = full.axial_source(AbsorptionFactors{
-          theta.center + theta.half_width * std::cos(angle),
-          theta.choroid_center + theta.choroid_half_width * std::cos(beta_angle)});
+      const VectorXd value = full.axial_source(
+          AbsorptionFactors{alpha.center + alpha.half_width * std::cos(angle),
+                            beta.center + beta.half_width * std::cos(beta_angle)});
       for (int j = 0; j < theta.terms; ++j) {
         result.sources.col(j) += weight(j % alpha_terms, alpha_terms, angle) *
                                  weight(j / alpha_terms, beta_terms, beta_angle) * value;
@@ -108,7 +106,7 @@ ParametricSource taylor(const FullOrderModel& full, int terms) {
   ParametricSource result;
   result.theta.kind = ThetaKind::kTaylor;
   result.theta.terms = terms;
-  result.theta.center = kTaylorCenter;
+  result.theta.factors[0].center = kTaylorCenter;
   result.sources.resize(full.axial().size(), terms);
   const auto& cells = full.cell_absorption();
   VectorXd per_cell(static_cast<Index>(cells.size()));
@@ -155,12 +153,11 @@ std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
 Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at) {
   if (theta.kind == ThetaKind::kTaylor) return theta_derivative(theta, {}, at.alpha);
   TermVector value;
-  TermVector slope;
-  TermVector slope_choroid;
-  if (theta.kind == ThetaKind::kDeim || theta.choroid_terms > 1) {
-    theta.evaluate(at.alpha, at.beta, value, slope, slope_choroid);
+  TermSlopes slope;
+  if (theta.kind == ThetaKind::kDeim || theta.terms_of(1) > 1) {
+    theta.evaluate(at, value, slope);
   } else {
-    theta.evaluate(at.alpha, value, slope);
+    theta.evaluate(at.alpha, value, slope[0]);
   }
   return value;
 }

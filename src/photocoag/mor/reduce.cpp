@@ -64,11 +64,7 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
   }
   if (trial != nullptr) *trial = std::move(basis);
   model.tissue = full.tissue();
-  if (choroid.free) {
-    model.parameters = 2;
-    model.choroid_min = choroid.low;
-    model.choroid_max = choroid.high;
-  }
+  if (choroid.free) model.parameters.push_back({.min = choroid.low, .max = choroid.high});
   model.volume_normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   model.whole = AbsorptionLaw(model.tissue).whole();
   model.method = to_string(settings.method);

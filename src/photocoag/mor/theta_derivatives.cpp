@@ -52,21 +52,22 @@ VectorXd products(const VectorXd& first, const VectorXd& second) {
 }
 
 // Largest |x| in the range, x from -1 to 1 over the interval of the polynomials.
-double farthest(double low, double high, double center, double half_width) {
-  return std::max(std::abs(low - center), std::abs(high - center)) / half_width;
+double farthest(double low, double high, const ThetaFactor& factor) {
+  return std::max(std::abs(low - factor.center), std::abs(high - factor.center)) /
+         factor.half_width;
 }
 
 }  // namespace
 
 VectorXd theta_derivative(const Theta& theta, DerivativeOrder order, AbsorptionFactors at) {
-  const double x = (at.alpha - theta.center) / theta.half_width;
+  const double x = (at.alpha - theta.factors[0].center) / theta.factors[0].half_width;
   const int n = order.alpha;
   if (theta.kind == ThetaKind::kChebyshev) {
-    const double y = (at.beta - theta.choroid_center) / theta.choroid_half_width;
-    return products(chebyshev_derivative(theta.terms / theta.choroid_terms, n, x) /
-                        std::pow(theta.half_width, n),
-                    chebyshev_derivative(theta.choroid_terms, order.beta, y) /
-                        std::pow(theta.choroid_half_width, order.beta));
+    const double y = (at.beta - theta.factors[1].center) / theta.factors[1].half_width;
+    return products(
+        chebyshev_derivative(theta.terms_of(0), n, x) / std::pow(theta.factors[0].half_width, n),
+        chebyshev_derivative(theta.terms_of(1), order.beta, y) /
+            std::pow(theta.factors[1].half_width, order.beta));
   }
   VectorXd result(theta.terms);
   for (int j = 0; j < theta.terms; ++j) {
@@ -81,20 +82,18 @@ VectorXd theta_derivative(const Theta& theta, DerivativeOrder order, AbsorptionF
 
 VectorXd theta_derivative_bound(const Theta& theta, DerivativeOrder order,
                                 const FactorRange& range) {
-  const double x = farthest(range.low.alpha, range.high.alpha, theta.center, theta.half_width);
+  const double x = farthest(range.low.alpha, range.high.alpha, theta.factors[0]);
   const int n = order.alpha;
   if (theta.kind == ThetaKind::kChebyshev) {
-    const double y = theta.choroid_terms == 1
-                         ? 0.0
-                         : farthest(range.low.beta, range.high.beta, theta.choroid_center,
-                                    theta.choroid_half_width);
+    const double y =
+        theta.terms_of(1) == 1 ? 0.0 : farthest(range.low.beta, range.high.beta, theta.factors[1]);
     if (std::max(x, y) > 1.0 + 1e-12) {
       throw Error("Chebyshev polynomials are bounded on their own interval only");
     }
     return products(
-        chebyshev_bounds(theta.terms / theta.choroid_terms, n) / std::pow(theta.half_width, n),
-        chebyshev_bounds(theta.choroid_terms, order.beta) /
-            std::pow(theta.choroid_half_width, order.beta));
+        chebyshev_bounds(theta.terms_of(0), n) / std::pow(theta.factors[0].half_width, n),
+        chebyshev_bounds(theta.terms_of(1), order.beta) /
+            std::pow(theta.factors[1].half_width, order.beta));
   }
   VectorXd result(theta.terms);
   for (int j = 0; j < theta.terms; ++j) {

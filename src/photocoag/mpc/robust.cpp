@@ -99,13 +99,13 @@ const LimitTightening& RobustLimit::finish(const Absorption& absorption, bool de
   const double beta = absorption.beta;
   const double low = alpha - sigmas_ * absorption.alpha_sigma;
   const double high = highest(alpha, absorption.alpha_sigma, most_.alpha);
-  model_.evaluate(alpha, beta, matrices_);
+  model_.evaluate({alpha, beta}, matrices_);
   estimated_ = matrices_.input;
-  model_.evaluate(high, highest(beta, absorption.beta_sigma, most_.beta), matrices_);
+  model_.evaluate({high, highest(beta, absorption.beta_sigma, most_.beta)}, matrices_);
   tightening_.input = matrices_.input;
-  if (model_.parameters == 2) {
+  if (model_.parameters.size() == 2) {
     const double least = std::max(0.0, beta - sigmas_ * absorption.beta_sigma);
-    model_.evaluate(high, least, matrices_);
+    model_.evaluate({high, least}, matrices_);
   }
   input_low_ = matrices_.input;
   // What a pending power may heat more than the estimate says.

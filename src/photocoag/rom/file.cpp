@@ -38,11 +38,11 @@ Json tissue_to_json(const Tissue& tissue) {
     Json json = {{"name", layer.name},
                  {"thickness_m", layer.thickness},
                  {"absorption_per_m", layer.absorption},
-                 {"scaled_by_alpha", layer.scaled_by_alpha}};
+                 {"scaled_by_alpha", layer.scaled_by == ScaledBy::kAlpha}};
     if (layer.conductivity) json["conductivity_W_per_mK"] = *layer.conductivity;
     if (layer.density) json["density_kg_per_m3"] = *layer.density;
     if (layer.heat_capacity) json["heat_capacity_J_per_kgK"] = *layer.heat_capacity;
-    if (layer.scaled_by_beta) json["scaled_by_beta"] = true;
+    if (layer.scaled_by == ScaledBy::kBeta) json["scaled_by_beta"] = true;
     if (layer.perfusion != 0.0) json["perfusion_W_per_m3K"] = layer.perfusion;
     layers.push_back(std::move(json));
   }
@@ -77,6 +77,13 @@ void read_beam(const JsonReader& json, Tissue& tissue) {
   tissue.beam_intensities = json["beam_intensities"].numbers(kMaxBeamEntries);
 }
 
+ScaledBy read_scaled_by(const JsonReader& layer) {
+  const bool by_alpha = layer["scaled_by_alpha"].boolean();
+  const bool by_beta = layer.has("scaled_by_beta") && layer["scaled_by_beta"].boolean();
+  layer["scaled_by_alpha"].expect(!(by_alpha && by_beta), "false beside scaled_by_beta");
+  return by_alpha ? ScaledBy::kAlpha : by_beta ? ScaledBy::kBeta : ScaledBy::kNothing;
+}
+
 Tissue read_tissue(const JsonReader& json) {
   Tissue tissue;
   tissue.ambient_celsius = json["ambient_C"].number();
@@ -99,16 +106,14 @@ Tissue read_tissue(const JsonReader& json) {
     const auto optional = [&layer](const std::string& key) {
       return layer.has(key) ? std::optional<double>(layer[key].number()) : std::nullopt;
     };
-    tissue.layers.push_back(
-        {.name = layer["name"].text(),
-         .thickness = layer["thickness_m"].number(),
-         .absorption = layer["absorption_per_m"].number(),
-         .scaled_by_alpha = layer["scaled_by_alpha"].boolean(),
-         .conductivity = optional("conductivity_W_per_mK"),
-         .density = optional("density_kg_per_m3"),
-         .heat_capacity = optional("heat_capacity_J_per_kgK"),
-         .perfusion = optional("perfusion_W_per_m3K").value_or(0.0),
-         .scaled_by_beta = layer.has("scaled_by_beta") && layer["scaled_by_beta"].boolean()});
+    tissue.layers.push_back({.name = layer["name"].text(),
+                             .thickness = layer["thickness_m"].number(),
+                             .absorption = layer["absorption_per_m"].number(),
+                             .scaled_by = read_scaled_by(layer),
+                             .conductivity = optional("conductivity_W_per_mK"),
+                             .density = optional("density_kg_per_m3"),
+                             .heat_capacity = optional("heat_capacity_J_per_kgK"),
+                             .perfusion = optional("perfusion_W_per_m3K").value_or(0.0)});
   }
   return tissue;
 }
@@ -122,20 +127,19 @@ Discretization read_discretization(const JsonReader& json) {
   return Discretization::kZeroOrderHold;
 }
 
-void read_range(const JsonReader& json, std::string_view name, double highest, double& min,
-                double& max) {
+ParameterRange read_range(const JsonReader& json, std::string_view name, double highest) {
   json["name"].expect(json["name"].text() == name, fmt::format("\"{}\"", name));
-  min = json["min"].number();
-  max = json["max"].number();
-  json["max"].expect(min > 0.0 && max > min && max <= highest,
+  const ParameterRange range{.min = json["min"].number(), .max = json["max"].number()};
+  json["max"].expect(range.min > 0.0 && range.max > range.min && range.max <= highest,
                      fmt::format("0 < min < max <= {}", highest));
+  return range;
 }
 
 Json parameters_to_json(const ReducedModel& model) {
-  Json list = Json::array(
-      {{{"name", "alpha"}, {"min", model.absorption_min}, {"max", model.absorption_max}}});
-  if (model.parameters == 2) {
-    list.push_back({{"name", "beta"}, {"min", model.choroid_min}, {"max", model.choroid_max}});
+  Json list = Json::array();
+  for (std::size_t q = 0; q < model.parameters.size(); ++q) {
+    const ParameterRange& range = model.parameters[q];
+    list.push_back({{"name", to_string(ScaledBy(q + 1))}, {"min", range.min}, {"max", range.max}});
   }
   return list;
 }
@@ -153,21 +157,20 @@ ReducedModel read_model(const JsonReader& json) {
   model.method = read_label(json["method"]);
   // Files made before there was any do not name it.
   if (json.has("refinement")) model.refinement = read_label(json["refinement"]);
-  const std::vector<JsonReader> parameters = json["parameters"].list(2);
-  json["parameters"].expect(parameters.size() == 1 || parameters.size() == 2,
-                            "\"alpha\", or \"alpha\" and \"beta\"");
-  model.parameters = static_cast<int>(parameters.size());
-  read_range(parameters[0], "alpha", 10.0, model.absorption_min, model.absorption_max);
-  if (model.parameters == 2) {
-    read_range(parameters[1], "beta", 20.0, model.choroid_min, model.choroid_max);
+  const std::vector<JsonReader> parameters = json["parameters"].list(kMaxParameters);
+  json["parameters"].expect(!parameters.empty(), "\"alpha\", or \"alpha\" and \"beta\"");
+  constexpr PerParameter kHighest = {10.0, 20.0};
+  model.parameters.clear();
+  for (std::size_t q = 0; q < parameters.size(); ++q) {
+    model.parameters.push_back(read_range(parameters[q], to_string(ScaledBy(q + 1)), kHighest[q]));
   }
-  model.theta = read_theta(json["theta"], model.parameters);
+  model.theta = read_theta(json["theta"], parameters.size());
   // Files made before there was a choice do not name it.
   model.parameter_dependence = json.has("parameter_dependence")
                                    ? read_label(json["parameter_dependence"])
                                    : std::string(to_string(model.theta.kind));
   model.volume_normalized = json["volume_normalized"].boolean();
-  model.whole = read_absorbed(json["absorbed_fraction"], model.parameters);
+  model.whole = read_absorbed(json["absorbed_fraction"], parameters.size());
   const JsonReader continuous = json["continuous"];
   continuous["A"].matrix(model.A);
   json["order"].expect(json["order"].count() == static_cast<std::size_t>(model.A.rows()),
@@ -191,7 +194,7 @@ ReducedModel read_model(const JsonReader& json) {
   model.error.volume = error["volume_relative"].numbers(1000);
   const std::size_t checked = model.error.absorption_factors.size();
   std::vector<std::string> per_check = {"peak_relative", "volume_relative"};
-  if (model.parameters == 2) {
+  if (model.parameters.size() == 2) {
     model.error.choroid_factors = error["choroid_factors"].numbers(1000);
     per_check.emplace_back("choroid_factors");
   }
@@ -217,7 +220,7 @@ ReducedModel read_model(const JsonReader& json) {
 
 // Told twice: by the number of parameters and by the layers.
 void check_parameters(const JsonReader& json, const ReducedModel& model) {
-  json["parameters"].expect((model.parameters == 2) == model.tissue.two_parameters(),
+  json["parameters"].expect((model.parameters.size() == 2) == model.tissue.two_parameters(),
                             model.tissue.two_parameters()
                                 ? "alpha and beta, because a layer has scaled_by_beta"
                                 : "alpha alone, because no absorbing layer has scaled_by_beta");
@@ -233,12 +236,13 @@ void check_normalization(const JsonReader& json, const ReducedModel& model) {
   const AbsorbedFraction whole = AbsorptionLaw(model.tissue).whole();
   // A few roundings of sums of at most 32 optical depths.
   const auto near = [](double a, double b) { return std::abs(a - b) <= 1e-12 * std::abs(b); };
+  const auto all_near = [near](const PerParameter& a, const PerParameter& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), near);
+  };
   json["absorbed_fraction"].expect(near(model.whole.fixed_front, whole.fixed_front) &&
-                                       near(model.whole.scaled_front, whole.scaled_front) &&
                                        near(model.whole.fixed_back, whole.fixed_back) &&
-                                       near(model.whole.scaled_back, whole.scaled_back) &&
-                                       near(model.whole.choroid_front, whole.choroid_front) &&
-                                       near(model.whole.choroid_back, whole.choroid_back),
+                                       all_near(model.whole.front, whole.front) &&
+                                       all_near(model.whole.back, whole.back),
                                    "the optical depths of the whole tissue");
 }
 
@@ -258,9 +262,9 @@ std::string to_json(const ReducedModel& model) {
       {"order", model.order()},
       {"parameters", parameters_to_json(model)},
       {"parameter_dependence", model.parameter_dependence},
-      {"theta", theta_to_json(model.theta, model.parameters)},
+      {"theta", theta_to_json(model.theta, model.parameters.size())},
       {"volume_normalized", model.volume_normalized},
-      {"absorbed_fraction", absorbed_to_json(model.whole, model.parameters)},
+      {"absorbed_fraction", absorbed_to_json(model.whole, model.parameters.size())},
       {"continuous",
        {{"A", matrix_to_json(model.A)},
         {"B", matrix_to_json(model.B)},
@@ -286,7 +290,7 @@ std::string to_json(const ReducedModel& model) {
         {"peak_relative", model.error.peak},
         {"volume_relative", model.error.volume}}},
   };
-  if (model.parameters == 2) json["error"]["choroid_factors"] = model.error.choroid_factors;
+  if (model.parameters.size() == 2) json["error"]["choroid_factors"] = model.error.choroid_factors;
   if (model.certificate) json["certificate"] = certificate_to_json(*model.certificate);
   if (model.uncertain) json["uncertain"] = uncertain_to_json(*model.uncertain);
   json["checksum"] = checksum(json);

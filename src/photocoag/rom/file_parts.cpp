@@ -36,27 +36,40 @@ OutputCertificate read_output_certificate(const JsonReader& json) {
 
 }  // namespace
 
-Json absorbed_to_json(const AbsorbedFraction& a, int parameters) {
+namespace {
+
+// What the file calls a parameter's optical depths and polynomials; those of alpha have no prefix.
+constexpr std::array<std::string_view, kMaxParameters> kDepth = {"scaled", "choroid"};
+constexpr std::array<std::string_view, kMaxParameters> kPolynomial = {"", "choroid_"};
+
+std::string key_of(std::string_view prefix, std::string_view name) {
+  return std::string(prefix) + std::string(name);
+}
+
+}  // namespace
+
+Json absorbed_to_json(const AbsorbedFraction& a, std::size_t parameters) {
   Json json = {{"fixed_front", a.fixed_front},
-               {"scaled_front", a.scaled_front},
+               {"scaled_front", a.front[0]},
                {"fixed_back", a.fixed_back},
-               {"scaled_back", a.scaled_back}};
-  if (parameters == 1) return json;
-  json["choroid_front"] = a.choroid_front;
-  json["choroid_back"] = a.choroid_back;
+               {"scaled_back", a.back[0]}};
+  for (std::size_t q = 1; q < parameters; ++q) {
+    json[key_of(kDepth[q], "_front")] = a.front[q];
+    json[key_of(kDepth[q], "_back")] = a.back[q];
+  }
   return json;
 }
 
-AbsorbedFraction read_absorbed(const JsonReader& json, int parameters) {
-  AbsorbedFraction a{json["fixed_front"].number(), json["scaled_front"].number(),
-                     json["fixed_back"].number(), json["scaled_back"].number()};
-  if (parameters == 1) return a;
-  a.choroid_front = json["choroid_front"].number();
-  a.choroid_back = json["choroid_back"].number();
+AbsorbedFraction read_absorbed(const JsonReader& json, std::size_t parameters) {
+  AbsorbedFraction a{json["fixed_front"].number(), json["fixed_back"].number(), {}, {}};
+  for (std::size_t q = 0; q < parameters; ++q) {
+    a.front[q] = json[key_of(kDepth[q], "_front")].number();
+    a.back[q] = json[key_of(kDepth[q], "_back")].number();
+  }
   return a;
 }
 
-Json theta_to_json(const Theta& theta, int parameters) {
+Json theta_to_json(const Theta& theta, std::size_t parameters) {
   if (theta.kind == ThetaKind::kDeim) {
     Json points = Json::array();
     for (int j = 0; j < theta.terms; ++j) {
@@ -64,16 +77,17 @@ Json theta_to_json(const Theta& theta, int parameters) {
     }
     return {{"kind", to_string(theta.kind)}, {"points", points}};
   }
-  Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}, {"center", theta.center}};
-  if (theta.kind == ThetaKind::kChebyshev) json["half_width"] = theta.half_width;
-  if (parameters == 1) return json;
-  json["choroid_terms"] = theta.choroid_terms;
-  json["choroid_center"] = theta.choroid_center;
-  json["choroid_half_width"] = theta.choroid_half_width;
+  Json json = {{"kind", to_string(theta.kind)}, {"terms", theta.terms}};
+  for (std::size_t q = 0; q < parameters; ++q) {
+    const auto key = [q](std::string_view name) { return key_of(kPolynomial[q], name); };
+    if (q > 0) json[key("terms")] = theta.factors[q].terms;
+    json[key("center")] = theta.factors[q].center;
+    if (theta.kind == ThetaKind::kChebyshev) json[key("half_width")] = theta.factors[q].half_width;
+  }
   return json;
 }
 
-Theta read_theta(const JsonReader& json, int parameters) {
+Theta read_theta(const JsonReader& json, std::size_t parameters) {
   Theta theta;
   const std::string kind = json["kind"].text();
   json["kind"].expect(
@@ -90,20 +104,22 @@ Theta read_theta(const JsonReader& json, int parameters) {
   json["terms"].expect(terms >= 1 && terms <= kMaxTerms, fmt::format("1 to {}", kMaxTerms));
   theta.terms = static_cast<int>(terms);
   theta.kind = kind == "taylor" ? ThetaKind::kTaylor : ThetaKind::kChebyshev;
-  theta.center = json["center"].number();
-  if (theta.kind == ThetaKind::kChebyshev) {
-    theta.half_width = json["half_width"].number();
-    json["half_width"].expect(theta.half_width > 0.0, "above 0");
+  for (std::size_t q = 0; q < parameters; ++q) {
+    const auto in_file = [&json, q](std::string_view name) {
+      return json[key_of(kPolynomial[q], name)];
+    };
+    ThetaFactor& factor = theta.factors[q];
+    if (q > 0) {
+      const std::size_t own = in_file("terms").count();
+      in_file("terms").expect(own >= 1 && own <= terms && terms % own == 0,
+                              fmt::format("a divisor of the {} theta.terms", terms));
+      factor.terms = static_cast<int>(own);
+    }
+    factor.center = in_file("center").number();
+    if (theta.kind != ThetaKind::kChebyshev) continue;
+    factor.half_width = in_file("half_width").number();
+    in_file("half_width").expect(factor.half_width > 0.0, "above 0");
   }
-  if (parameters == 1) return theta;
-  const std::size_t choroid_terms = json["choroid_terms"].count();
-  json["choroid_terms"].expect(
-      choroid_terms >= 1 && choroid_terms <= terms && terms % choroid_terms == 0,
-      fmt::format("a divisor of the {} theta.terms", terms));
-  theta.choroid_terms = static_cast<int>(choroid_terms);
-  theta.choroid_center = json["choroid_center"].number();
-  theta.choroid_half_width = json["choroid_half_width"].number();
-  json["choroid_half_width"].expect(theta.choroid_half_width > 0.0, "above 0");
   return theta;
 }
 

@@ -8,12 +8,12 @@
 
 namespace photocoag {
 
-/// `parameters`: 1, alpha; 2, alpha and beta.
-Json absorbed_to_json(const AbsorbedFraction& absorbed, int parameters);
-AbsorbedFraction read_absorbed(const JsonReader& json, int parameters);
+/// `parameters`: how many, in the order of ScaledBy.
+Json absorbed_to_json(const AbsorbedFraction& absorbed, std::size_t parameters);
+AbsorbedFraction read_absorbed(const JsonReader& json, std::size_t parameters);
 
-Json theta_to_json(const Theta& theta, int parameters);
-Theta read_theta(const JsonReader& json, int parameters);
+Json theta_to_json(const Theta& theta, std::size_t parameters);
+Theta read_theta(const JsonReader& json, std::size_t parameters);
 
 Json certificate_to_json(const ErrorCertificate& certificate);
 /// Validated (ErrorCertificate::validate).

@@ -85,7 +85,7 @@ ReducedIntersamplePlant::ReducedIntersamplePlant(const ReducedModel& model,
   }
   const double end = 1.0 - timing.power_lag;
   end_ = make_view({end, end});
-  model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
+  model_.evaluate(absorption_, matrices_);
 }
 
 ReducedIntersamplePlant::View ReducedIntersamplePlant::make_view(Window window) const {
@@ -102,7 +102,7 @@ void ReducedIntersamplePlant::step(double power) noexcept {
   if (drift_ != 0.0) {
     const double time = static_cast<double>(periods_) * model_.period;
     absorption_.alpha = drifted_absorption(first_.alpha, drift_, time);
-    model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
+    model_.evaluate(absorption_, matrices_);
   }
   ++periods_;
   const StateVector heat = matrices_.input * power;

@@ -14,17 +14,17 @@ double ErrorReport::volume_max() const noexcept {
   return volume.empty() ? 0.0 : *std::max_element(volume.begin(), volume.end());
 }
 
-void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) const noexcept {
-  if (parameters != 1) return evaluate(absorption_factor, 1.0, out);
+void ReducedModel::evaluate(double alpha, ParametricMatrices& out) const noexcept {
+  if (parameters.size() != 1) return evaluate(AbsorptionFactors(alpha), out);
   const int n = order();
   const int terms = theta.terms;
   out.input.setZero(n);
-  out.input_slope.setZero(n);
+  out.input_slope[0].setZero(n);
   out.volume.resize(n);
-  out.volume_slope.resize(n);
+  out.volume_slope[0].resize(n);
   TermVector value;
   TermVector slope;
-  theta.evaluate(absorption_factor, value, slope);
+  theta.evaluate(alpha, value, slope);
   double input[even(kMaxOrder)] = {};
   double input_slope[even(kMaxOrder)] = {};
   for (int j = 0; j < terms; ++j) {
@@ -41,54 +41,54 @@ void ReducedModel::evaluate(double absorption_factor, ParametricMatrices& out) c
       volume_slope += slope[j] * column[j];
     }
     out.input[i] = input[i];
-    out.input_slope[i] = input_slope[i];
+    out.input_slope[0][i] = input_slope[i];
     out.volume[i] = volume;
-    out.volume_slope[i] = volume_slope;
+    out.volume_slope[0][i] = volume_slope;
   }
   if (volume_normalized) {
     // (C / s)' = (C' - C s' / s) / s
-    const ValueAndSlope s = whole.evaluate(absorption_factor);
+    const ValueAndSlope s = whole.evaluate(alpha);
     for (int i = 0; i < n; ++i) {
       out.volume[i] /= s.value;
-      out.volume_slope[i] = (out.volume_slope[i] - out.volume[i] * s.slope) / s.value;
+      out.volume_slope[0][i] = (out.volume_slope[0][i] - out.volume[i] * s.slope[0]) / s.value;
     }
   }
 }
 
-void ReducedModel::evaluate(double absorption_factor, double choroid_factor,
-                            ParametricMatrices& out) const noexcept {
+void ReducedModel::evaluate(AbsorptionFactors at, ParametricMatrices& out) const noexcept {
   const int n = order();
-  out.input_slope_choroid.setZero(n);
-  out.volume_slope_choroid.setZero(n);
-  if (parameters == 1) {
-    evaluate(absorption_factor, out);
-    return;
+  const std::size_t count = parameters.size();
+  for (std::size_t q = count; q < kMaxParameters; ++q) {
+    out.input_slope[q].setZero(n);
+    out.volume_slope[q].setZero(n);
   }
+  if (count == 1) return evaluate(at.alpha, out);
   out.input.setZero(n);
-  out.input_slope.setZero(n);
   out.volume.setZero(n);
-  out.volume_slope.setZero(n);
+  for (std::size_t q = 0; q < count; ++q) {
+    out.input_slope[q].setZero(n);
+    out.volume_slope[q].setZero(n);
+  }
   TermVector value;
-  TermVector slope;
-  TermVector slope_choroid;
-  theta.evaluate(absorption_factor, choroid_factor, value, slope, slope_choroid);
+  TermSlopes slope;
+  theta.evaluate(at, value, slope);
   for (int j = 0; j < theta.terms; ++j) {
     for (int i = 0; i < n; ++i) {
       out.input[i] += value[j] * B_d(i, j);
-      out.input_slope[i] += slope[j] * B_d(i, j);
-      out.input_slope_choroid[i] += slope_choroid[j] * B_d(i, j);
       out.volume[i] += value[j] * C_volume(j, i);
-      out.volume_slope[i] += slope[j] * C_volume(j, i);
-      out.volume_slope_choroid[i] += slope_choroid[j] * C_volume(j, i);
+      for (std::size_t q = 0; q < count; ++q) {
+        out.input_slope[q][i] += slope[q][j] * B_d(i, j);
+        out.volume_slope[q][i] += slope[q][j] * C_volume(j, i);
+      }
     }
   }
   if (volume_normalized) {
-    const ValueAndSlope s = whole.evaluate(absorption_factor, choroid_factor);
+    const ValueAndSlope s = whole.evaluate(at);
     for (int i = 0; i < n; ++i) {
       out.volume[i] /= s.value;
-      out.volume_slope[i] = (out.volume_slope[i] - out.volume[i] * s.slope) / s.value;
-      out.volume_slope_choroid[i] =
-          (out.volume_slope_choroid[i] - out.volume[i] * s.slope_choroid) / s.value;
+      for (std::size_t q = 0; q < count; ++q) {
+        out.volume_slope[q][i] = (out.volume_slope[q][i] - out.volume[i] * s.slope[q]) / s.value;
+      }
     }
   }
 }
@@ -104,13 +104,13 @@ void ReducedModel::discretize(double period_s, Discretization how) {
 
 ReducedPlant::ReducedPlant(const ReducedModel& model, AbsorptionFactors absorption)
     : model_(model), absorption_(absorption), state_(StateVector::Zero(model.order())) {
-  model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
+  model_.evaluate(absorption_, matrices_);
 }
 
 void ReducedPlant::set_period(double period) {
   if (period == model_.period) return;
   model_.discretize(period, model_.discretization);
-  model_.evaluate(absorption_.alpha, absorption_.beta, matrices_);
+  model_.evaluate(absorption_, matrices_);
 }
 
 void ReducedPlant::step(double power) noexcept {

@@ -4,6 +4,7 @@
 // Threads: plain data.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -23,14 +24,22 @@ namespace photocoag {
 using InputTerms = BoundedMatrix<kMaxOrder, kMaxTerms>;   // column j: B_j
 using OutputTerms = BoundedMatrix<kMaxTerms, kMaxOrder>;  // row j: C_j
 
-/// B(alpha), C_vol(alpha) and their derivatives at one alpha (and beta).
+/// B(p), C_vol(p) and their derivatives at one p, the parameters.
 struct ParametricMatrices {
-  StateVector input;                 ///< B_d(alpha), order
-  StateVector input_slope;           ///< dB_d / dalpha
-  StateVector volume;                ///< C_vol(alpha), order
-  StateVector volume_slope;          ///< dC_vol / dalpha
-  StateVector input_slope_choroid;   ///< dB_d / dbeta; filled for two parameters only
-  StateVector volume_slope_choroid;  ///< dC_vol / dbeta
+  using Slopes = std::array<StateVector, kMaxParameters>;
+  StateVector input;    ///< B_d(p), order
+  Slopes input_slope;   ///< dB_d / dp_q; of the model's parameters only
+  StateVector volume;   ///< C_vol(p), order
+  Slopes volume_slope;  ///< dC_vol / dp_q
+};
+
+/// Where the error of a reduced model was measured, in one parameter.
+struct ParameterRange {
+  double min = 1.0;
+  double max = 1.0;
+
+  /// Number `i` of `count` values from min to max, evenly.
+  double at(int i, int count) const noexcept { return min + (max - min) * i / (count - 1); }
 };
 
 struct UncertainModel;
@@ -51,11 +60,10 @@ struct ErrorReport {
   double volume_max() const noexcept;
 };
 
-/// x+ = A_d x + B_d(alpha) u,  y_vol = C_vol(alpha) x,  y_peak = C_peak x.
+/// x+ = A_d x + B_d(p) u,  y_vol = C_vol(p) x,  y_peak = C_peak x, with the parameters p.
 ///
-/// Continuous time: A, B(alpha) = sum_j theta_j(alpha) B_j; C_vol(alpha) = sum_j theta_j(alpha)
-/// C_j, divided by the absorbed fraction of the tissue if the volume temperature is the normalised
-/// one.
+/// Continuous time: A, B(p) = sum_j theta_j(p) B_j; C_vol(p) = sum_j theta_j(p) C_j, divided by the
+/// absorbed fraction of the tissue if the volume temperature is the normalised one.
 struct ReducedModel {
   StateMatrix A;         ///< 1/s, order x order, all eigenvalues negative
   InputTerms B;          ///< continuous-time B_j
@@ -70,11 +78,8 @@ struct ReducedModel {
   StateMatrix A_d;  ///< discrete-time
   InputTerms B_d;   ///< discrete-time B_j
 
-  double absorption_min = 0.3;  ///< the range of alpha in which the error was measured
-  double absorption_max = 1.7;
-  int parameters = 1;        ///< 1: alpha; 2: alpha and beta, the choroid factor
-  double choroid_min = 1.0;  ///< the range of beta, for two parameters
-  double choroid_max = 1.0;
+  /// Its parameters, in the order of ScaledBy: alpha, or alpha and beta.
+  std::vector<ParameterRange> parameters{{.min = 0.3, .max = 1.7}};
   std::string method;                ///< e.g. "pod-deim"
   std::string refinement = "none";   ///< e.g. "output-error"
   std::string parameter_dependence;  ///< e.g. "deim"
@@ -89,12 +94,12 @@ struct ReducedModel {
   int order() const noexcept { return static_cast<int>(A.rows()); }
   int terms() const noexcept { return theta.terms; }
 
-  /// All alpha-dependent discrete-time matrices, at beta = 1. noexcept, no allocation.
-  void evaluate(double absorption_factor, ParametricMatrices& out) const noexcept;
-  /// The same at beta, with the derivatives by it. For two parameters; with one, beta plays no part
-  /// and those derivatives are zero.
-  void evaluate(double absorption_factor, double choroid_factor,
-                ParametricMatrices& out) const noexcept;
+  /// All parametric discrete-time matrices with the derivatives by alpha, all other parameters 1.
+  /// noexcept, no allocation.
+  void evaluate(double alpha, ParametricMatrices& out) const noexcept;
+  /// The same at all parameters, with the derivatives by each; what is no parameter of this model
+  /// plays no part and has the derivative zero.
+  void evaluate(AbsorptionFactors at, ParametricMatrices& out) const noexcept;
 
   /// Fills A_d and B_d from A and B for `period` and `discretization`. Drops the certificate, which
   /// holds for one period only. Allocates.
@@ -124,9 +129,8 @@ class ReducedPlant {
 /// What a model must satisfy before a controller may trust it. Throws Error naming the first
 /// violation: sizes, finite entries, eigenvalues of A negative, discrete matrices that belong to
 /// the continuous ones and have a spectral radius below 1, peak steady gain positive and increasing
-/// in alpha, peak impulse response non-negative over the longest horizon (kMaxHorizon) on
-/// [absorption_min, absorption_max], with two parameters for seven beta on [choroid_min,
-/// choroid_max].
+/// in alpha, peak impulse response non-negative over the longest horizon (kMaxHorizon) in the range
+/// of alpha, with two parameters for seven beta in that of beta.
 void verify(const ReducedModel& model);
 
 }  // namespace photocoag

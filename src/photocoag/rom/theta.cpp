@@ -38,12 +38,12 @@ void Theta::evaluate(double alpha, TermVector& value, TermVector& slope) const n
     for (int j = 0; j < terms; ++j) {
       const ValueAndSlope absorbed = points[j].evaluate(alpha);
       value[j] = absorbed.value;
-      slope[j] = absorbed.slope;
+      slope[j] = absorbed.slope[0];
     }
     return;
   }
   // Both polynomial families by their recurrence and its derivative; d/dalpha = d/dx / half_width.
-  const double x = (alpha - center) / half_width;
+  const double x = (alpha - factors[0].center) / factors[0].half_width;
   for (int j = 0; j < terms; ++j) {
     if (j == 0) {
       value[j] = 1.0;
@@ -59,36 +59,46 @@ void Theta::evaluate(double alpha, TermVector& value, TermVector& slope) const n
       slope[j] = 2.0 * value[j - 1] + 2.0 * x * slope[j - 1] - slope[j - 2];
     }
   }
-  slope /= half_width;
+  slope /= factors[0].half_width;
 }
 
-void Theta::evaluate(double alpha, double beta, TermVector& value, TermVector& slope,
-                     TermVector& slope_choroid) const noexcept {
+int Theta::terms_of(std::size_t parameter) const noexcept {
+  if (parameter > 0) return factors[parameter].terms;
+  int others = 1;
+  for (std::size_t q = 1; q < kMaxParameters; ++q) others *= factors[q].terms;
+  return terms / others;
+}
+
+void Theta::evaluate(AbsorptionFactors at, TermVector& value, TermSlopes& slope) const noexcept {
   value.resize(terms);
-  slope.resize(terms);
-  slope_choroid.resize(terms);
-  if (kind == ThetaKind::kChebyshev) {
-    const int own = terms / choroid_terms;
-    TermVector a;
-    TermVector a_slope;
-    TermVector b;
-    TermVector b_slope;
-    chebyshev((alpha - center) / half_width, own, a, a_slope);
-    chebyshev((beta - choroid_center) / choroid_half_width, choroid_terms, b, b_slope);
-    for (int k = 0; k < choroid_terms; ++k) {
-      for (int j = 0; j < own; ++j) {
-        value[k * own + j] = a[j] * b[k];
-        slope[k * own + j] = a_slope[j] / half_width * b[k];
-        slope_choroid[k * own + j] = a[j] * b_slope[k] / choroid_half_width;
-      }
+  for (TermVector& one : slope) one.resize(terms);
+  if (kind != ThetaKind::kChebyshev) {
+    for (int j = 0; j < terms; ++j) {
+      const ValueAndSlope absorbed = points[j].evaluate(at);
+      value[j] = absorbed.value;
+      for (std::size_t q = 0; q < kMaxParameters; ++q) slope[q][j] = absorbed.slope[q];
     }
     return;
   }
+  TermSlopes own;
+  TermSlopes own_slope;
+  for (std::size_t q = 0; q < kMaxParameters; ++q) {
+    chebyshev((at[q] - factors[q].center) / factors[q].half_width, terms_of(q), own[q],
+              own_slope[q]);
+  }
   for (int j = 0; j < terms; ++j) {
-    const ValueAndSlope absorbed = points[j].evaluate(alpha, beta);
-    value[j] = absorbed.value;
-    slope[j] = absorbed.slope;
-    slope_choroid[j] = absorbed.slope_choroid;
+    value[j] = 1.0;
+    for (TermVector& one : slope) one[j] = 1.0;
+    int rest = j;
+    for (std::size_t q = 0; q < kMaxParameters; ++q) {
+      const auto k = rest % own[q].size();
+      rest /= static_cast<int>(own[q].size());
+      value[j] *= own[q][k];
+      for (std::size_t r = 0; r < kMaxParameters; ++r) {
+        slope[r][j] *= r == q ? own_slope[q][k] : own[q][k];
+        if (r == q) slope[r][j] /= factors[q].half_width;
+      }
+    }
   }
 }
 

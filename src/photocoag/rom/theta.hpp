@@ -15,34 +15,42 @@ namespace photocoag {
 inline constexpr int kMaxTerms = 12;  // terms of B(alpha) and C_vol(alpha)
 
 using TermVector = BoundedVector<kMaxTerms>;
+using TermSlopes = std::array<TermVector, kMaxParameters>;
 
 enum class ThetaKind {
   kDeim,       ///< theta_j = absorbed fraction of the grid cell that DEIM chose
-  kChebyshev,  ///< theta_j = T_j(x), x = (alpha - center) / half_width; for two parameters the
-               ///< products T_j(x) T_k(y), y the same for beta, with j running fastest
+  kChebyshev,  ///< theta_j = T_j(x), x = (alpha - center) / half_width; for several parameters the
+               ///< products of their polynomials, alpha's index running fastest
   kTaylor,     ///< theta_j = (alpha - center)^j
 };
 
 /// The word in the model file.
 std::string_view to_string(ThetaKind kind) noexcept;
 
+/// The polynomials in one parameter p, of x = (p - center) / half_width.
+struct ThetaFactor {
+  int terms = 1;  ///< of all parameters but alpha (Theta::terms_of); 1: it plays no part
+  double center = 0.0;
+  double half_width = 1.0;
+
+  bool operator==(const ThetaFactor&) const = default;
+};
+
 struct Theta {
   std::array<AbsorbedFraction, kMaxTerms> points{};  ///< kDeim: one per term
   int terms = 0;
   ThetaKind kind = ThetaKind::kDeim;
-  double center = 0.0;          ///< kChebyshev, kTaylor
-  double half_width = 1.0;      ///< kChebyshev; 1 for kTaylor
-  int choroid_terms = 1;        ///< kChebyshev: factors T_k(y); 1: beta plays no part
-  double choroid_center = 1.0;  ///< kChebyshev with beta
-  double choroid_half_width = 1.0;
+  std::array<ThetaFactor, kMaxParameters> factors{};  ///< kChebyshev; kTaylor: the first
 
-  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; beta plays no part or
-  /// (kDeim) is 1.
+  /// Of the terms those of one parameter's factor; alpha's are what the others leave.
+  int terms_of(std::size_t parameter) const noexcept;
+
+  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; the other parameters play no
+  /// part or (kDeim) are 1.
   void evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept;
 
-  /// The same at a choroid factor beta, with the derivatives by it. Not kTaylor.
-  void evaluate(double alpha, double beta, TermVector& value, TermVector& slope,
-                TermVector& slope_choroid) const noexcept;
+  /// The same at all parameters, with the derivatives by each. Not kTaylor.
+  void evaluate(AbsorptionFactors at, TermVector& value, TermSlopes& slope) const noexcept;
 
   bool operator==(const Theta&) const = default;
 };

@@ -32,12 +32,12 @@ void verify_sizes(const ReducedModel& model) {
     return matrix.rows() == rows && matrix.cols() == cols;
   };
   demand(n >= 1 && is(model.A, n, n), "A", size(model.A), "a square matrix");
-  const bool two = model.parameters == 2;
-  demand(
-      model.parameters == 1 || (two && model.theta.kind != ThetaKind::kTaylor &&
-                                model.choroid_min > 0.0 && model.choroid_max > model.choroid_min),
-      "parameters", fmt::format("{}", model.parameters),
-      "alpha, or alpha and beta with a range and a theta that depends on both");
+  const std::size_t count = model.parameters.size();
+  const bool several = count >= 2 && count <= kMaxParameters &&
+                       model.theta.kind != ThetaKind::kTaylor && model.parameters[1].min > 0.0 &&
+                       model.parameters[1].max > model.parameters[1].min;
+  demand(count == 1 || several, "parameters", fmt::format("{}", count),
+         "alpha, or alpha and beta with a range and a theta that depends on both");
   demand(m >= 1, "theta", fmt::format("{} terms", m), "at least one term");
   demand(is(model.B, n, m), "B", size(model.B), fmt::format("{} x {}", n, m));
   demand(is(model.B_d, n, m), "discrete.B", size(model.B_d), fmt::format("{} x {}", n, m));
@@ -66,12 +66,11 @@ double spectral_radius(const Eigen::MatrixXd& matrix) {
 void verify_signs(const ReducedModel& model, const Eigen::VectorXd& steady_row, double beta) {
   constexpr int kSamples = 29;
   double last_gain = 0.0;
-  const std::string at_beta = model.parameters == 1 ? "" : fmt::format(", beta = {}", beta);
+  const std::string at_beta = model.parameters.size() == 1 ? "" : fmt::format(", beta = {}", beta);
   for (int s = 0; s < kSamples; ++s) {
-    const double alpha =
-        model.absorption_min + (model.absorption_max - model.absorption_min) * s / (kSamples - 1);
+    const double alpha = model.parameters[0].at(s, kSamples);
     ParametricMatrices matrices;
-    model.evaluate(alpha, beta, matrices);
+    model.evaluate({alpha, beta}, matrices);
     const double gain = steady_row.dot(matrices.input);
     demand(gain > last_gain, "C_peak",
            fmt::format("steady peak gain {} K/W at alpha = {}{}, {} K/W below it", gain, alpha,
@@ -100,10 +99,10 @@ void verify(const ReducedModel& model) {
     model.certificate->validate();
     demand(nodes.size() >= kLeastNodes, "certificate.absorption_factors",
            fmt::format("{} nodes", nodes.size()), fmt::format("at least {}", kLeastNodes));
-    demand(nodes.front() <= model.absorption_min * (1.0 + 1e-9) &&
-               nodes.back() >= model.absorption_max * (1.0 - 1e-9),
+    const ParameterRange& alpha = model.parameters[0];
+    demand(nodes.front() <= alpha.min * (1.0 + 1e-9) && nodes.back() >= alpha.max * (1.0 - 1e-9),
            "certificate.absorption_factors", fmt::format("{} to {}", nodes.front(), nodes.back()),
-           fmt::format("the model's range, {} to {}", model.absorption_min, model.absorption_max));
+           fmt::format("the model's range, {} to {}", alpha.min, alpha.max));
   }
   demand(std::isfinite(model.period) && model.period > 0.0, "discrete.period_s",
          fmt::format("{}", model.period), "a time above 0");
@@ -126,11 +125,10 @@ void verify(const ReducedModel& model) {
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(model.order(), model.order());
   const Eigen::VectorXd steady_row =
       solve_transposed(I - Eigen::MatrixXd(model.A_d), Eigen::VectorXd(model.C_peak));
-  if (model.parameters == 1) return verify_signs(model, steady_row, 1.0);
+  if (model.parameters.size() == 1) return verify_signs(model, steady_row, 1.0);
   constexpr int kChoroids = 7;
   for (int s = 0; s < kChoroids; ++s) {
-    verify_signs(model, steady_row,
-                 model.choroid_min + (model.choroid_max - model.choroid_min) * s / (kChoroids - 1));
+    verify_signs(model, steady_row, model.parameters[1].at(s, kChoroids));
   }
 }
 

@@ -25,8 +25,7 @@ Layer clear_layer(const std::string& where, const Layer& neighbour) {
   layer.name = where + neighbour.name;
   layer.thickness = kMoved;
   layer.absorption = 0.0;
-  layer.scaled_by_alpha = false;
-  layer.scaled_by_beta = false;
+  layer.scaled_by = ScaledBy::kNothing;
   return layer;
 }
 

@@ -32,7 +32,7 @@ void scale(Tissue& tissue, const DeclaredQuantity& quantity, double factor) {
       break;
     case DeclaredQuantity::Part::kChoroid:
       for (Layer& layer : tissue.layers) {
-        if (layer.scaled_by_beta) layer.absorption *= factor;
+        if (layer.scaled_by == ScaledBy::kBeta) layer.absorption *= factor;
       }
       break;
   }
@@ -70,7 +70,7 @@ std::vector<DeclaredQuantity> declared_quantities(const Config& config) {
     if (u.thickness > 0.0) {
       all.push_back({layer.name + " thickness", u.thickness, u.thickness, Part::kThickness, i});
     }
-    if (u.absorption > 0.0 && !layer.scaled_by_alpha && layer.absorption > 0.0) {
+    if (u.absorption > 0.0 && layer.scaled_by != ScaledBy::kAlpha && layer.absorption > 0.0) {
       all.push_back({layer.name + " absorption", u.absorption, u.absorption, Part::kAbsorption, i});
     }
   }

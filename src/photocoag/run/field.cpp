@@ -69,7 +69,7 @@ std::vector<TemperatureField> temperature_fields(const std::shared_ptr<const Ful
   const ReconstructingModel reduced =
       reconstructing_model(*full, config.model.reduction, period, how);
   ParametricMatrices matrices;
-  reduced.model.evaluate(absorption.alpha, absorption.beta, matrices);
+  reduced.model.evaluate(absorption, matrices);
   Eigen::VectorXd state = Eigen::VectorXd::Zero(reduced.model.order());
   return collect(
       *full, period, powers, after,

@@ -40,9 +40,10 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
   };
   for (const Layer& layer : tissue.layers) {
     text += fmt::format("\n{} {:a} {:a} {} {} {} {} {:a}", layer.name, layer.thickness,
-                        layer.absorption, layer.scaled_by_alpha, optional(layer.conductivity),
-                        optional(layer.density), optional(layer.heat_capacity), layer.perfusion);
-    if (layer.scaled_by_beta) {
+                        layer.absorption, layer.scaled_by == ScaledBy::kAlpha,
+                        optional(layer.conductivity), optional(layer.density),
+                        optional(layer.heat_capacity), layer.perfusion);
+    if (layer.scaled_by == ScaledBy::kBeta) {
       text += fmt::format(" beta {:a} {:a}", reduction.choroid_min, reduction.choroid_max);
     }
   }
@@ -156,13 +157,9 @@ std::string first_difference(const Tissue& config, const Tissue& model) {
     if (mine.absorption != theirs.absorption) {
       return differ(mine.name + " absorption_per_m", mine.absorption, theirs.absorption);
     }
-    const auto scale = [](const Layer& layer) {
-      return layer.scaled_by_alpha ? "alpha" : layer.scaled_by_beta ? "beta" : "none";
-    };
-    if (mine.scaled_by_alpha != theirs.scaled_by_alpha ||
-        mine.scaled_by_beta != theirs.scaled_by_beta) {
-      return fmt::format("{} scaled_by = \"{}\", model with \"{}\"", mine.name, scale(mine),
-                         scale(theirs));
+    if (mine.scaled_by != theirs.scaled_by) {
+      return fmt::format("{} scaled_by = \"{}\", model with \"{}\"", mine.name,
+                         to_string(mine.scaled_by), to_string(theirs.scaled_by));
     }
     const std::string thermal = thermal_difference(mine, theirs);
     if (!thermal.empty()) return mine.name + " " + thermal;
@@ -192,13 +189,14 @@ void check_fits(const ReducedModel& model, const Config& config) {
         .accepted = "the model's discretization, or a model made for this one"});
   }
   const double initial = config.estimator.absorption_initial;
-  if (!(initial >= model.absorption_min && initial <= model.absorption_max)) {
-    throw Error(ErrorParts{.where = file,
-                           .key = "estimator.absorption_initial",
-                           .problem = "outside the absorption factors that the model is made for",
-                           .found = fmt::format("{:g}", initial),
-                           .accepted = fmt::format("from {:g} to {:g}, or another model",
-                                                   model.absorption_min, model.absorption_max)});
+  const ParameterRange& alpha = model.parameters[0];
+  if (!(initial >= alpha.min && initial <= alpha.max)) {
+    throw Error(ErrorParts{
+        .where = file,
+        .key = "estimator.absorption_initial",
+        .problem = "outside the absorption factors that the model is made for",
+        .found = fmt::format("{:g}", initial),
+        .accepted = fmt::format("from {:g} to {:g}, or another model", alpha.min, alpha.max)});
   }
   if (!(model.tissue == config.tissue)) {
     throw Error(ErrorParts{

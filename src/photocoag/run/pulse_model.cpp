@@ -64,15 +64,12 @@ struct DecayingModes {
 /// Evenly over the model's range of alpha and beta.
 std::vector<AbsorptionFactors> samples_of(const ReducedModel& model) {
   constexpr int kAlphas = 41;
-  const int betas = model.parameters == 2 ? 9 : 1;
+  const int betas = model.parameters.size() == 2 ? 9 : 1;
   std::vector<AbsorptionFactors> samples;
   for (int b = 0; b < betas; ++b) {
     for (int a = 0; a < kAlphas; ++a) {
-      const auto between = [](double low, double high, int i, int count) {
-        return count == 1 ? 1.0 : low + (high - low) * i / (count - 1.0);
-      };
-      samples.push_back({between(model.absorption_min, model.absorption_max, a, kAlphas),
-                         between(model.choroid_min, model.choroid_max, b, betas)});
+      samples.emplace_back(model.parameters[0].at(a, kAlphas),
+                           betas == 1 ? 1.0 : model.parameters[1].at(b, betas));
     }
   }
   return samples;
@@ -89,14 +86,13 @@ Eigen::MatrixXd terms_of(const PromptFeedthrough& feed, const ReducedModel& mode
   for (Eigen::Index s = 0; s < count; ++s) {
     const AbsorptionFactors at = samples[static_cast<std::size_t>(s)];
     ParametricMatrices matrices;
-    model.evaluate(at.alpha, at.beta, matrices);
+    model.evaluate(at, matrices);
     TermVector value;
-    TermVector slope;
-    TermVector slope_choroid;
-    if (model.parameters == 2) {
-      model.theta.evaluate(at.alpha, at.beta, value, slope, slope_choroid);
+    TermSlopes slope;
+    if (model.parameters.size() == 2) {
+      model.theta.evaluate(at, value, slope);
     } else {
-      model.theta.evaluate(at.alpha, value, slope);
+      model.theta.evaluate(at.alpha, value, slope[0]);
     }
     for (Eigen::Index j = 0; j < terms; ++j) {
       rows.row(s).segment(j * n, n) = value[j] * Eigen::VectorXd(matrices.volume).transpose();
@@ -136,7 +132,7 @@ PromptFeedthrough prompt_feedthrough(std::shared_ptr<const FullOrderModel> full,
   return [full = std::move(full), model, map, profile,
           share = (pulses - 1.0) / pulses](AbsorptionFactors at) {
     ParametricMatrices matrices;
-    model.evaluate(at.alpha, at.beta, matrices);
+    model.evaluate(at, matrices);
     const double reduced =
         Eigen::VectorXd(matrices.volume).dot(map * Eigen::VectorXd(matrices.input));
     return share * (reduced - full->output_weights(at).volume.dot(profile));

@@ -33,7 +33,7 @@ Tissue random_tissue(const Config& config, std::uint64_t seed) {
   for (double& beam : tissue.beam_radii) beam *= wider;
   for (Layer& layer : tissue.layers) {
     layer.thickness *= factor(u.thickness);
-    if (!layer.scaled_by_alpha) layer.absorption *= factor(u.absorption);
+    if (layer.scaled_by != ScaledBy::kAlpha) layer.absorption *= factor(u.absorption);
   }
   return tissue;
 }
@@ -97,7 +97,7 @@ Tissue corner_tissue(const Config& config, std::size_t& corner, std::string& nam
   for (double& beam : tissue.beam_radii) beam *= tissue.spot_radius / radius;
   for (Layer& layer : tissue.layers) {
     layer.thickness = pushed(layer.thickness, u.thickness, corner, name);
-    if (layer.scaled_by_alpha || layer.absorption == 0.0) continue;
+    if (layer.scaled_by == ScaledBy::kAlpha || layer.absorption == 0.0) continue;
     layer.absorption = pushed(layer.absorption, u.absorption, corner, name);
   }
   return tissue;

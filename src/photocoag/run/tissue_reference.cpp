@@ -113,7 +113,7 @@ BothOutputs responses_of(const ReducedModel& model, AbsorptionFactors at,
   }
   // (I - A_d)^-1 B_d by squaring: sums of 2^j periods.
   ParametricMatrices matrices;
-  model.evaluate(at.alpha, at.beta, matrices);
+  model.evaluate(at, matrices);
   Eigen::MatrixXd power = model.A_d;
   Eigen::VectorXd sum = matrices.input;
   for (int j = 0; j < 40; ++j) {
@@ -244,8 +244,8 @@ std::optional<UnknownBeta> unknown_beta(const Tissue& tissue, const EstimatorSet
     if (quantity.kind != QuantityKind::kLayerAbsorption) continue;
     UnknownBeta beta{.tissue = tissue};
     for (Layer& layer : beta.tissue.layers) {
-      if (layer.name != quantity.layer || layer.scaled_by_alpha) continue;
-      layer.scaled_by_beta = true;
+      if (layer.name != quantity.layer || layer.scaled_by == ScaledBy::kAlpha) continue;
+      layer.scaled_by = ScaledBy::kBeta;
       beta.low = quantity.low / layer.absorption;
       beta.high = quantity.high / layer.absorption;
       return beta;

@@ -32,7 +32,7 @@ bool at_bound(const EstimatorSettings& s, const Estimate& estimate) {
 UnknownsResult unknowns_study(const Config& config, ModelStore& models, const UnknownsCase& which,
                               int seeds) {
   const ReducedModel& model = models.reduced();
-  if (model.parameters != 2) {
+  if (model.parameters.size() != 2) {
     throw Error(ErrorParts{.key = "tissue.layers",
                            .problem = "this comparison needs a model with two absorption factors",
                            .found = "no absorbing layer with scaled_by = \"beta\"",

@@ -14,23 +14,30 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 
 }  // namespace
 
-AbsorptionLaw::AbsorptionLaw(const Tissue& tissue)
-    : depths_{0.0}, fixed_{0.0}, scaled_{0.0}, choroid_{0.0} {
+AbsorptionLaw::AbsorptionLaw(const Tissue& tissue) : depths_{0.0}, fixed_{0.0} {
   tissue.validate();
+  scaled_.fill({0.0});
   for (const Layer& layer : tissue.layers) {
     const double optical_depth = layer.absorption * layer.thickness;
+    const auto part = [&layer, optical_depth](ScaledBy by) {
+      return layer.scaled_by == by ? optical_depth : 0.0;
+    };
     depths_.push_back(depths_.back() + layer.thickness);
-    const bool fixed = !layer.scaled_by_alpha && !layer.scaled_by_beta;
-    fixed_.push_back(fixed_.back() + (fixed ? optical_depth : 0.0));
-    choroid_.push_back(choroid_.back() + (layer.scaled_by_beta ? optical_depth : 0.0));
-    scaled_.push_back(scaled_.back() + (layer.scaled_by_alpha ? optical_depth : 0.0));
+    fixed_.push_back(fixed_.back() + part(ScaledBy::kNothing));
+    for (std::size_t q = 0; q < kMaxParameters; ++q) {
+      scaled_[q].push_back(scaled_[q].back() + part(ScaledBy(q + 1)));
+    }
   }
 }
 
 AbsorbedFraction AbsorptionLaw::between(double front, double back) const {
-  return {interpolate(depths_, fixed_, front),   interpolate(depths_, scaled_, front),
-          interpolate(depths_, fixed_, back),    interpolate(depths_, scaled_, back),
-          interpolate(depths_, choroid_, front), interpolate(depths_, choroid_, back)};
+  AbsorbedFraction result{
+      interpolate(depths_, fixed_, front), interpolate(depths_, fixed_, back), {}, {}};
+  for (std::size_t q = 0; q < kMaxParameters; ++q) {
+    result.front[q] = interpolate(depths_, scaled_[q], front);
+    result.back[q] = interpolate(depths_, scaled_[q], back);
+  }
+  return result;
 }
 
 }  // namespace photocoag

@@ -1,79 +1,89 @@
-// Role: offline and online; the Lambert-Beer law of the layered tissue and its alpha-derivative.
+// Role: offline and online; the Lambert-Beer law of the layered tissue and its derivatives.
 // Used by fom (source and volume output) and rom (DEIM points). Source: paper, section 2;
 // docs/equations.md (E2), (E3), (E5). Difference: the volume output's weight has the minus sign.
 // Units: SI. Real time: evaluate functions are noexcept and do not allocate.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include "photocoag/tissue/tissue.hpp"
 
 namespace photocoag {
 
-/// How much of its reference absorption the tissue has: alpha for the layers with scaled_by =
-/// "alpha" (RPE), beta for those with scaled_by = "beta" (choroid). A number alone is alpha.
+/// How much of its reference absorption the tissue has: one factor per parameter, in the order of
+/// ScaledBy. A number alone is alpha.
 struct AbsorptionFactors {
   double alpha;
   double beta;
 
   // Implicit: most tissues have alpha only.
   constexpr AbsorptionFactors(double a, double b = 1.0) noexcept : alpha(a), beta(b) {}
+  /// The parameter number q.
+  constexpr double operator[](std::size_t q) const noexcept { return q == 0 ? alpha : beta; }
   bool operator==(const AbsorptionFactors&) const = default;
 };
 
-/// A value that depends on alpha and beta, with its derivatives.
+/// One number per parameter, in the order of ScaledBy.
+using PerParameter = std::array<double, kMaxParameters>;
+
+/// A value that depends on the parameters, with its derivatives.
 struct ValueAndSlope {
   double value = 0.0;
-  double slope = 0.0;          ///< d value / d alpha
-  double slope_choroid = 0.0;  ///< d value / d beta; not filled by evaluate(alpha)
+  PerParameter slope{};  ///< d value / d parameter; by alpha alone from evaluate(double)
 };
 
-/// Fraction of the incident power that is absorbed between two depths a < b, as a function of
-/// alpha and of beta, which scales the layers with scaled_by_beta and is 1 where nobody asks:
-///   s = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + beta * choroid(z) + alpha * scaled(z).
+/// Fraction of the incident power that is absorbed between two depths a < b, as a function of the
+/// parameters p_q:
+///   s = exp(-tau(a)) - exp(-tau(b)),   tau(z) = fixed(z) + sum_q p_q scaled_q(z).
 struct AbsorbedFraction {
-  double fixed_front = 0.0;    ///< 1, optical depth at a from layers that do not scale
-  double scaled_front = 0.0;   ///< 1, optical depth at a per alpha
-  double fixed_back = 0.0;     ///< 1, at b
-  double scaled_back = 0.0;    ///< 1, at b
-  double choroid_front = 0.0;  ///< 1, optical depth at a per beta
-  double choroid_back = 0.0;   ///< 1, at b
+  double fixed_front = 0.0;  ///< 1, optical depth at a from layers that do not scale
+  double fixed_back = 0.0;   ///< 1, at b
+  PerParameter front{};      ///< 1, optical depth at a per parameter
+  PerParameter back{};       ///< 1, at b
 
-  /// The same with beta's part counted as fixed.
-  AbsorbedFraction at_choroid(double beta) const noexcept {
-    return {fixed_front + beta * choroid_front, scaled_front, fixed_back + beta * choroid_back,
-            scaled_back};
-  }
-
-  /// With both derivatives.
-  ValueAndSlope evaluate(double alpha, double beta) const noexcept {
-    ValueAndSlope result = at_choroid(beta).evaluate_fixed(alpha);
-    const double front = std::exp(-(fixed_front + beta * choroid_front + alpha * scaled_front));
-    const double step = result.value / front;
-    result.slope_choroid = front * ((choroid_back - choroid_front) - choroid_back * step);
+  /// The same with the part of all parameters but alpha counted as fixed.
+  AbsorbedFraction of_alpha(AbsorptionFactors at) const noexcept {
+    AbsorbedFraction result{fixed_front, fixed_back, {front[0]}, {back[0]}};
+    for (std::size_t q = kMaxParameters - 1; q > 0; --q) {
+      result.fixed_front += at[q] * front[q];
+      result.fixed_back += at[q] * back[q];
+    }
     return result;
   }
 
-  /// At beta = 1.
-  ValueAndSlope evaluate(double alpha) const noexcept {
-    return at_choroid(1.0).evaluate_fixed(alpha);
+  /// With all derivatives.
+  ValueAndSlope evaluate(AbsorptionFactors at) const noexcept {
+    const AbsorbedFraction one = of_alpha(at);
+    ValueAndSlope result = one.evaluate_alpha(at.alpha);
+    const double passed = std::exp(-(one.fixed_front + at.alpha * front[0]));
+    const double step = result.value / passed;
+    for (std::size_t q = 1; q < kMaxParameters; ++q) {
+      result.slope[q] = passed * ((back[q] - front[q]) - back[q] * step);
+    }
+    return result;
   }
 
-  /// Of what does not depend on beta.
-  ValueAndSlope evaluate_fixed(double alpha) const noexcept {
-    const double front = std::exp(-(fixed_front + alpha * scaled_front));
+  /// At alpha, all other parameters 1, with the derivative by alpha.
+  ValueAndSlope evaluate(double alpha) const noexcept {
+    return of_alpha(alpha).evaluate_alpha(alpha);
+  }
+
+  /// Of what depends on nothing but alpha.
+  ValueAndSlope evaluate_alpha(double alpha) const noexcept {
+    const double passed = std::exp(-(fixed_front + alpha * front[0]));
     // 1 - exp(-(tau_b - tau_a)) without cancellation in thin cells.
-    const double step =
-        -std::expm1(-((fixed_back - fixed_front) + alpha * (scaled_back - scaled_front)));
-    // d/dalpha [e^-a - e^-b] = b' e^-b - a' e^-a, with e^-b = front * (1 - step): the same care.
-    return {front * step, front * ((scaled_back - scaled_front) - scaled_back * step)};
+    const double step = -std::expm1(-((fixed_back - fixed_front) + alpha * (back[0] - front[0])));
+    // d/dalpha [e^-a - e^-b] = b' e^-b - a' e^-a, with e^-b = passed * (1 - step): the same care.
+    return {passed * step, {passed * ((back[0] - front[0]) - back[0] * step)}};
   }
 
   bool operator==(const AbsorbedFraction&) const = default;
 };
 
-/// tau(z; alpha, beta) = int_0^z mu: piecewise linear in z, affine in alpha and beta.
+/// tau(z; p) = int_0^z mu: piecewise linear in z, affine in the parameters.
 class AbsorptionLaw {
  public:
   /// Throws Error if the tissue is not valid.
@@ -87,8 +97,7 @@ class AbsorptionLaw {
  private:
   std::vector<double> depths_;  // m, layer boundaries
   std::vector<double> fixed_;   // optical depth at the boundaries
-  std::vector<double> scaled_;
-  std::vector<double> choroid_;
+  std::array<std::vector<double>, kMaxParameters> scaled_;
 };
 
 }  // namespace photocoag

@@ -38,11 +38,11 @@ struct DepthPowers {
   double step;
 
   DepthPowers(const AbsorbedFraction& s, DerivativeOrder order) noexcept
-      : front(std::pow(s.scaled_front, order.alpha) * std::pow(s.choroid_front, order.beta)),
-        step(std::pow(s.scaled_back, order.alpha) *
-                 power_step(s.choroid_front, s.choroid_back - s.choroid_front, order.beta) +
-             std::pow(s.choroid_front, order.beta) *
-                 power_step(s.scaled_front, s.scaled_back - s.scaled_front, order.alpha)) {}
+      : front(std::pow(s.front[0], order.alpha) * std::pow(s.front[1], order.beta)),
+        step(std::pow(s.back[0], order.alpha) *
+                 power_step(s.front[1], s.back[1] - s.front[1], order.beta) +
+             std::pow(s.front[1], order.beta) *
+                 power_step(s.front[0], s.back[0] - s.front[0], order.alpha)) {}
 };
 
 /// The derivative of s of this order. With E = exp(-tau_front), X = exp(-(tau_back - tau_front)):
@@ -50,10 +50,9 @@ struct DepthPowers {
 ///   ].
 inline double derivative(const AbsorbedFraction& fraction, DerivativeOrder order,
                          AbsorptionFactors at) noexcept {
-  const AbsorbedFraction s = fraction.at_choroid(at.beta);
-  const double thickness =
-      (s.fixed_back - s.fixed_front) + at.alpha * (s.scaled_back - s.scaled_front);
-  const double front = std::exp(-(s.fixed_front + at.alpha * s.scaled_front));
+  const AbsorbedFraction s = fraction.of_alpha(at);
+  const double thickness = (s.fixed_back - s.fixed_front) + at.alpha * (s.back[0] - s.front[0]);
+  const double front = std::exp(-(s.fixed_front + at.alpha * s.front[0]));
   const DepthPowers powers(fraction, order);
   const double bracket =
       -powers.front * std::expm1(-thickness) - powers.step * std::exp(-thickness);
@@ -65,11 +64,11 @@ inline double derivative(const AbsorbedFraction& fraction, DerivativeOrder order
 inline double derivative_bound(const AbsorbedFraction& fraction, DerivativeOrder order,
                                const FactorRange& range) noexcept {
   const auto thickness = [&fraction](AbsorptionFactors at) {
-    const AbsorbedFraction s = fraction.at_choroid(at.beta);
-    return (s.fixed_back - s.fixed_front) + at.alpha * (s.scaled_back - s.scaled_front);
+    const AbsorbedFraction s = fraction.of_alpha(at);
+    return (s.fixed_back - s.fixed_front) + at.alpha * (s.back[0] - s.front[0]);
   };
-  const AbsorbedFraction s = fraction.at_choroid(range.low.beta);
-  const double front = std::exp(-(s.fixed_front + range.low.alpha * s.scaled_front));
+  const AbsorbedFraction s = fraction.of_alpha(range.low);
+  const double front = std::exp(-(s.fixed_front + range.low.alpha * s.front[0]));
   const double absorbed = -std::expm1(-thickness(range.high));
   const double passed = std::exp(-thickness(range.low));
   const DepthPowers powers(fraction, order);

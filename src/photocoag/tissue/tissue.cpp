@@ -2,12 +2,21 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "photocoag/core/check.hpp"
 #include "photocoag/core/setting.hpp"
 
 namespace photocoag {
+
+namespace {
+constexpr std::array<std::string_view, kMaxParameters + 1> kScaledBy = {"none", "alpha", "beta"};
+}  // namespace
+
+std::string_view to_string(ScaledBy value) noexcept {
+  return kScaledBy[static_cast<std::size_t>(value)];
+}
 
 std::string_view to_string(VolumeTemperature value) noexcept {
   return value == VolumeTemperature::kAbsorptionWeighted ? "absorption-weighted" : "normalized";
@@ -34,7 +43,7 @@ ThermalData Tissue::thermal(const Layer& layer) const noexcept {
 
 bool Tissue::two_parameters() const noexcept {
   return std::any_of(layers.begin(), layers.end(), [](const Layer& layer) {
-    return layer.scaled_by_beta && layer.absorption > 0.0;
+    return layer.scaled_by == ScaledBy::kBeta && layer.absorption > 0.0;
   });
 }
 
@@ -147,15 +156,9 @@ std::vector<Field> layer_fields(Layer& layer, std::string_view prefix) {
   table.number("thickness_um", layer.thickness, kMicrometres, {0.01, 20000}, "thickness");
   table.number("absorption_per_m", layer.absorption, {"1/m"}, {0, 1e7}, "absorption coefficient");
   table.add("scaled_by",
-            WordField{{"none", "alpha", "beta"},
-                      [&layer] {
-                        return layer.scaled_by_alpha ? std::size_t{1}
-                                                     : std::size_t{layer.scaled_by_beta ? 2U : 0U};
-                      },
-                      [&layer](std::size_t index) {
-                        layer.scaled_by_alpha = index == 1;
-                        layer.scaled_by_beta = index == 2;
-                      },
+            WordField{{kScaledBy.begin(), kScaledBy.end()},
+                      [&layer] { return static_cast<std::size_t>(layer.scaled_by); },
+                      [&layer](std::size_t index) { layer.scaled_by = ScaledBy(index); },
                       {}},
             "alpha, beta: multiplied by it");
   table.optional_number("conductivity_W_per_mK", layer.conductivity, {"W/(m K)"},
@@ -191,9 +194,7 @@ void Tissue::validate(std::string_view prefix) const {
             "a name for every layer");
     require(names.insert(layer.name).second, key("layers"), layer.name, "each name once");
     require_in_range(layer_fields(layer, name));
-    require(!(layer.scaled_by_alpha && layer.scaled_by_beta), name + ".scaled_by",
-            std::string_view("both"), "alpha or beta, not both");
-    scaled = scaled || (layer.scaled_by_alpha && layer.absorption > 0.0);
+    scaled = scaled || (layer.scaled_by == ScaledBy::kAlpha && layer.absorption > 0.0);
   }
   require(scaled, key("layers"), std::string_view("no absorbing layer with scaled_by = \"alpha\""),
           "at least one layer with scaled_by = \"alpha\" and absorption_per_m above 0");

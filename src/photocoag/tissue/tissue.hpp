@@ -13,18 +13,29 @@ namespace photocoag {
 
 struct Field;  // core/setting.hpp
 
+/// The factors that scale layers' absorption: the parameters of a reduced model, in this order.
+enum class ScaledBy {
+  kNothing,  ///< mu = absorption
+  kAlpha,    ///< mu = alpha * absorption, alpha the absorption factor (RPE)
+  kBeta,     ///< mu = beta * absorption, beta the choroid factor
+};
+
+inline constexpr std::size_t kMaxParameters = 2;
+
+/// "none", "alpha", "beta".
+std::string_view to_string(ScaledBy value) noexcept;
+
 /// One layer of the eye fundus; the light meets the layers in the order in which they are listed.
 struct Layer {
   std::string name;
-  double thickness = 0.0;        ///< m, above 0, at most 0.02
-  double absorption = 0.0;       ///< 1/m, from 0 to 1e7; the reference value if scaled_by_alpha
-  bool scaled_by_alpha = false;  ///< mu = alpha * absorption instead of mu = absorption
+  double thickness = 0.0;   ///< m, above 0, at most 0.02
+  double absorption = 0.0;  ///< 1/m, from 0 to 1e7; the reference value if it is scaled
+  ScaledBy scaled_by = ScaledBy::kNothing;
   std::optional<double> conductivity = {};   ///< W/(m K), else the tissue's
   std::optional<double> density = {};        ///< kg/m3, else the tissue's
   std::optional<double> heat_capacity = {};  ///< J/(kg K), else the tissue's
   double perfusion = 0.0;  ///< W/(m3 K), from 0 to 1e8; w_b rho_b c_b: blood at ambient carries
                            ///< away perfusion * temperature rise per volume (Pennes 1948)
-  bool scaled_by_beta = false;  ///< mu = beta * absorption; not together with scaled_by_alpha
 
   bool operator==(const Layer&) const = default;
 };
@@ -72,9 +83,9 @@ struct Tissue {
   VolumeTemperature volume_temperature = VolumeTemperature::kAbsorptionWeighted;
   std::string peak_layer = "RPE";  ///< the layer whose mid-depth is z_center
   std::vector<Layer> layers = {
-      {"retina", 190.0e-6, 0.0, false},    {"RPE", 6.0e-6, 120400.0, true},
-      {"unpigmented", 4.0e-6, 0.0, false}, {"choroid", 400.0e-6, 2662.2, false},
-      {"sclera", 700.0e-6, 0.0, false},
+      {"retina", 190.0e-6, 0.0},    {"RPE", 6.0e-6, 120400.0, ScaledBy::kAlpha},
+      {"unpigmented", 4.0e-6, 0.0}, {"choroid", 400.0e-6, 2662.2},
+      {"sclera", 700.0e-6, 0.0},
   };
 
   /// rho C_p of layers without data of their own, J/(m3 K)
