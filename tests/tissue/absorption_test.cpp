@@ -23,7 +23,7 @@ Tissue many_layers() {
 }
 
 double coefficient(const Layer& layer, double alpha) {
-  return layer.scaled_by_alpha ? alpha * layer.absorption : layer.absorption;
+  return layer.scaled_by == ScaledBy::kAlpha ? alpha * layer.absorption : layer.absorption;
 }
 
 // int_a^b mu(z) exp(-int_0^z mu) dz by Gauss-Legendre with five points on pieces that end at layer
@@ -90,13 +90,13 @@ TEST(Absorption, SlopeIsTheDerivative) {
       // Central difference with one Richardson step, in long double: error about 1e-13.
       const auto difference = [&](long double h) {
         const auto value = [&](long double at) {
-          return std::exp(-(fraction.fixed_front + at * fraction.scaled_front)) -
-                 std::exp(-(fraction.fixed_back + at * fraction.scaled_back));
+          return std::exp(-(fraction.fixed_front + at * fraction.front[0])) -
+                 std::exp(-(fraction.fixed_back + at * fraction.back[0]));
         };
         return (value(alpha + h) - value(alpha - h)) / (2.0L * h);
       };
       const long double slope = (4.0L * difference(5e-4L) - difference(1e-3L)) / 3.0L;
-      EXPECT_NEAR(fraction.evaluate(alpha).slope, static_cast<double>(slope), 1e-12);
+      EXPECT_NEAR(fraction.evaluate(alpha).slope[0], static_cast<double>(slope), 1e-12);
     }
   }
 }
@@ -114,12 +114,12 @@ TEST(Absorption, CellsAddUpToTheWhole) {
       const ValueAndSlope cell = law.between(front, back).evaluate(alpha);
       EXPECT_GE(cell.value, 0.0);
       value += cell.value;
-      slope += cell.slope;
+      slope += cell.slope[0];
     }
     const ValueAndSlope whole = law.whole().evaluate(alpha);
     // About 1000 roundings of numbers below 1, of random sign.
     EXPECT_NEAR(value, whole.value, 1e-14);
-    EXPECT_NEAR(slope, whole.slope, 1e-14);
+    EXPECT_NEAR(slope, whole.slope[0], 1e-14);
     // The whole in closed form: 1 - exp(-optical depth).
     double optical_depth = 0.0;
     for (const Layer& layer : tissue.layers) {
@@ -132,19 +132,19 @@ TEST(Absorption, CellsAddUpToTheWhole) {
 // In a cell of a nanometre or less exp(-a) - exp(-b) keeps few digits; the law must keep them.
 TEST(Absorption, ThinCellsLoseNoDigits) {
   const AbsorbedFraction scaled{
-      .fixed_front = 0.3, .scaled_front = 0.5, .fixed_back = 0.3, .scaled_back = 0.5 + 0x1p-40};
+      .fixed_front = 0.3, .fixed_back = 0.3, .front = {0.5}, .back = {0.5 + 0x1p-40}};
   const AbsorbedFraction fixed{
-      .fixed_front = 0.5, .scaled_front = 0.7, .fixed_back = 0.5 + 0x1p-40, .scaled_back = 0.7};
+      .fixed_front = 0.5, .fixed_back = 0.5 + 0x1p-40, .front = {0.7}, .back = {0.7}};
   for (const double alpha : {0.3, 1.0, 1.9}) {
     const double thickness = 0x1p-40;
     const double front_scaled = std::exp(-(0.3 + alpha * 0.5));
     const double front_fixed = std::exp(-(0.5 + alpha * 0.7));
     // First order in the thickness; the second is 1e-12 of it, and 1 - 0.5 alpha cancels to 0.05.
     EXPECT_NEAR(scaled.evaluate(alpha).value / (front_scaled * alpha * thickness), 1.0, 2e-12);
-    EXPECT_NEAR(scaled.evaluate(alpha).slope / (front_scaled * thickness * (1.0 - 0.5 * alpha)),
+    EXPECT_NEAR(scaled.evaluate(alpha).slope[0] / (front_scaled * thickness * (1.0 - 0.5 * alpha)),
                 1.0, 1e-10);
     EXPECT_NEAR(fixed.evaluate(alpha).value / (front_fixed * thickness), 1.0, 2e-12);
-    EXPECT_NEAR(fixed.evaluate(alpha).slope / (-0.7 * front_fixed * thickness), 1.0, 2e-12);
+    EXPECT_NEAR(fixed.evaluate(alpha).slope[0] / (-0.7 * front_fixed * thickness), 1.0, 2e-12);
   }
 }
 

@@ -54,7 +54,7 @@ struct EstimatorSettings {
 
   /// What is known of the bench, fractions of a period; at most 1 in sum. The model that estimator
   /// and optimisation get is made of it (rom/intersample.hpp).
-  IntersampleTiming timing;
+  IntersampleTiming timing = {};
 
   /// Of kPosterior: what is believed before the first sample. No key: made from [[prior]].
   Belief prior = {};
