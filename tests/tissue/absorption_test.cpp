@@ -151,16 +151,16 @@ TEST(Absorption, ThinCellsLoseNoDigits) {
 TEST(Absorption, ClearTissueAbsorbsNothing) {
   const AbsorptionLaw law{Tissue{}};
   EXPECT_EQ(law.between(0.0, 190e-6).evaluate(1.0).value, 0.0);
-  EXPECT_EQ(law.between(0.0, 190e-6).evaluate(1.0).slope, 0.0);
-  EXPECT_EQ(law.between(197e-6, 199e-6).evaluate(1.0).slope, 0.0);
+  EXPECT_EQ(law.between(0.0, 190e-6).evaluate(1.0).slope[0], 0.0);
+  EXPECT_EQ(law.between(197e-6, 199e-6).evaluate(1.0).slope[0], 0.0);
   EXPECT_EQ(law.between(192e-6, 192e-6).evaluate(1.0).value, 0.0);
 }
 
 // More alpha: more light stays in the RPE, less reaches the choroid.
 TEST(Absorption, TheRpeShadesTheChoroid) {
   const AbsorptionLaw law{Tissue{}};
-  EXPECT_GT(law.between(190e-6, 196e-6).evaluate(1.0).slope, 0.0);
-  EXPECT_LT(law.between(200e-6, 600e-6).evaluate(1.0).slope, 0.0);
+  EXPECT_GT(law.between(190e-6, 196e-6).evaluate(1.0).slope[0], 0.0);
+  EXPECT_LT(law.between(200e-6, 600e-6).evaluate(1.0).slope[0], 0.0);
   // 51 % at alpha = 1 (domain data).
   EXPECT_NEAR(law.between(190e-6, 196e-6).evaluate(1.0).value, 0.51, 0.005);
 }
