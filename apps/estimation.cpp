@@ -19,8 +19,8 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/estimation/estimator.hpp"
-#include "photocoag/run/estimation_study.hpp"
-#include "photocoag/run/estimation_table.hpp"
+#include "photocoag/population/estimation_study.hpp"
+#include "photocoag/population/estimation_table.hpp"
 
 namespace photocoag {
 namespace {

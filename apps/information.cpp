@@ -16,8 +16,8 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
+#include "photocoag/population/information.hpp"
 #include "photocoag/run/claimed_folder.hpp"
-#include "photocoag/run/information.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "progress.hpp"
 

@@ -16,8 +16,8 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/percentile.hpp"
+#include "photocoag/population/spots.hpp"
 #include "photocoag/run/model_cache.hpp"
-#include "photocoag/run/spots.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 #include "progress.hpp"
 

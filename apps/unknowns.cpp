@@ -14,8 +14,8 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
+#include "photocoag/population/unknowns_study.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "photocoag/run/unknowns_study.hpp"
 #include "progress.hpp"
 
 namespace photocoag {

@@ -12,12 +12,12 @@
 #include "photocoag/campaign/report.hpp"
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/run_campaign.hpp"
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/step_response.hpp"
 #include "photocoag/fom/shared_grid.hpp"
 #include "photocoag/fom/stepper.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "support/thrown.hpp"
 
 namespace photocoag {

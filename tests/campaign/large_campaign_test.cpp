@@ -13,10 +13,10 @@
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/campaign/run_campaign.hpp"
 #include "photocoag/campaign/spot_set.hpp"
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/campaign/table_statistics.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/random.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/thrown.hpp"
 

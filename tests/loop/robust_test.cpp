@@ -8,7 +8,7 @@
 
 #include "loop/treatments.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/run/spots.hpp"
+#include "photocoag/population/spots.hpp"
 #include "support/heap_guard.hpp"
 
 namespace photocoag::testing {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/population/spots.hpp"
 #include "photocoag/run/model_cache.hpp"
-#include "photocoag/run/spots.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 
 namespace photocoag {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "loop/treatments.hpp"
-#include "photocoag/run/spots.hpp"
+#include "photocoag/population/spots.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 
 namespace photocoag::testing {

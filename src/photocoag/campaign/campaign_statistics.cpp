@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/campaign/table_statistics.hpp"
+#include "photocoag/population/statistics.hpp"
 
 namespace photocoag {
 namespace {

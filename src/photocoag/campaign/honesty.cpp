@@ -12,10 +12,10 @@
 #include <tuple>
 
 #include "photocoag/campaign/batch_estimate.hpp"
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/mpc/chance.hpp"
+#include "photocoag/population/statistics.hpp"
 
 namespace photocoag {
 namespace {

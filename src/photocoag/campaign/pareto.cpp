@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "photocoag/campaign/report.hpp"
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "photocoag/run/run_folder.hpp"
 
 namespace photocoag {

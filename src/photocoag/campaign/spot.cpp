@@ -7,6 +7,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/fom/shared_grid.hpp"
+#include "photocoag/population/measures.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 
@@ -49,34 +50,6 @@ void stretch(Tissue& tissue, double depth) {
 constexpr std::size_t kSampledCycles = 10'000;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-/// Of the cycles that end after some time; NaN if there are none, or the treatment was stopped.
-struct Held {
-  double error = kNone;         ///< K, mean of true peak minus reference
-  double deviation = kNone;     ///< K, of the true peak
-  double estimate_rms = kNone;  ///< K, of estimated minus true peak
-};
-
-Held held(const Treatment& treatment, double after, double reference) {
-  if (treatment.outcome.stopped) return {};
-  double count = 0.0;
-  double sum = 0.0;
-  double squares = 0.0;
-  double estimate_squares = 0.0;
-  for (const CycleRecord& cycle : treatment.records) {
-    if (cycle.time <= after) continue;
-    const double error = cycle.truth.peak - reference;
-    const double of_estimate = cycle.estimate.outputs.peak - cycle.truth.peak;
-    count += 1.0;
-    sum += error;
-    squares += error * error;
-    estimate_squares += of_estimate * of_estimate;
-  }
-  if (count == 0.0) return {};
-  const double mean = sum / count;
-  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean)),
-          std::sqrt(estimate_squares / count)};
-}
 
 /// Of the estimated peak and its stated deviation, over the cycles from some time on.
 struct Consistency {

@@ -1,5 +1,5 @@
-// Role: online; the quadratic program of one input and one row, as of N = 2, in closed form. Used by
-// qp/dense. Units: none. Real time: noexcept, O(1), no heap; same input, same bits.
+// Role: online; the quadratic program of one input and one row, as of N = 2, in closed form. Used
+// by qp/dense. Units: none. Real time: noexcept, O(1), no heap; same input, same bits.
 #pragma once
 
 #include "photocoag/qp/problem.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
@@ -17,26 +18,6 @@ struct Response {
   Eigen::VectorXd peak;
   Eigen::VectorXd volume;
 };
-
-void scale(Tissue& tissue, const DeclaredQuantity& quantity, double factor) {
-  switch (quantity.part) {
-    case DeclaredQuantity::Part::kSpotRadius:
-      tissue.spot_radius *= factor;
-      for (double& radius : tissue.beam_radii) radius *= factor;
-      break;
-    case DeclaredQuantity::Part::kThickness:
-      tissue.layers[quantity.layer].thickness *= factor;
-      break;
-    case DeclaredQuantity::Part::kAbsorption:
-      tissue.layers[quantity.layer].absorption *= factor;
-      break;
-    case DeclaredQuantity::Part::kChoroid:
-      for (Layer& layer : tissue.layers) {
-        if (layer.scaled_by == ScaledBy::kBeta) layer.absorption *= factor;
-      }
-      break;
-  }
-}
 
 void treat_once(Controller controller, const Response& response, int delay, ZeroPowerSample dark,
                 Eigen::Ref<const Eigen::VectorXd> noise, Eigen::Ref<Eigen::VectorXd> peaks) {
@@ -58,22 +39,47 @@ void treat_once(Controller controller, const Response& response, int delay, Zero
 
 }  // namespace
 
+void DeclaredQuantity::scale(Tissue& tissue, double factor) const {
+  switch (part) {
+    case Part::kSpotRadius:
+      tissue.spot_radius *= factor;
+      for (double& beam : tissue.beam_radii) beam *= factor;
+      break;
+    case Part::kThickness:
+      tissue.layers[layer].thickness *= factor;
+      break;
+    case Part::kAbsorption:
+      tissue.layers[layer].absorption *= factor;
+      break;
+    case Part::kChoroid:
+      for (Layer& one : tissue.layers) {
+        if (one.scaled_by_beta) one.absorption *= factor;
+      }
+      break;
+  }
+}
+
+std::vector<DeclaredQuantity> tissue_quantities(const UncertaintySettings& u,
+                                                const Tissue& tissue) {
+  using Part = DeclaredQuantity::Part;
+  std::vector<DeclaredQuantity> all;
+  const auto add = [&all](std::string name, double most, Part part, std::size_t layer, bool moves) {
+    all.push_back({std::move(name), most, most, part, layer, moves && most > 0.0});
+  };
+  add("spot radius", u.spot_radius, Part::kSpotRadius, 0, true);
+  for (std::size_t i = 0; i < tissue.layers.size(); ++i) {
+    const Layer& layer = tissue.layers[i];
+    add(layer.name + " thickness", u.thickness, Part::kThickness, i, true);
+    if (layer.scaled_by == ScaledBy::kAlpha) continue;
+    add(layer.name + " absorption", u.absorption, Part::kAbsorption, i, layer.absorption > 0.0);
+  }
+  return all;
+}
+
 std::vector<DeclaredQuantity> declared_quantities(const Config& config) {
   using Part = DeclaredQuantity::Part;
-  const UncertaintySettings& u = config.uncertainty;
-  std::vector<DeclaredQuantity> all;
-  if (u.spot_radius > 0.0) {
-    all.push_back({"spot radius", u.spot_radius, u.spot_radius, Part::kSpotRadius});
-  }
-  for (std::size_t i = 0; i < config.tissue.layers.size(); ++i) {
-    const Layer& layer = config.tissue.layers[i];
-    if (u.thickness > 0.0) {
-      all.push_back({layer.name + " thickness", u.thickness, u.thickness, Part::kThickness, i});
-    }
-    if (u.absorption > 0.0 && layer.scaled_by != ScaledBy::kAlpha && layer.absorption > 0.0) {
-      all.push_back({layer.name + " absorption", u.absorption, u.absorption, Part::kAbsorption, i});
-    }
-  }
+  std::vector<DeclaredQuantity> all = tissue_quantities(config.uncertainty, config.tissue);
+  std::erase_if(all, [](const DeclaredQuantity& q) { return !q.declared; });
   const EstimatorSettings& e = config.estimator;
   if (e.unknowns == Unknowns::kRpeAndChoroid) {
     const auto relative = [&e](double deviations) {
@@ -89,7 +95,7 @@ Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>
                        const std::vector<int>& signs) {
   Tissue tissue = config.tissue;
   for (std::size_t i = 0; i < quantities.size(); ++i) {
-    scale(tissue, quantities[i], 1.0 + quantities[i].change(signs[i]));
+    quantities[i].scale(tissue, 1.0 + quantities[i].change(signs[i]));
   }
   return tissue;
 }

@@ -1,7 +1,8 @@
 // Role: setup; the eyes of the declared set and fast noise-free or noisy closed loops on them. Used
-// by run/tissue_margin. Source: derived here; docs/control.md (declared uncertainty). Units: SI.
-// Difference to simulate_eye: the tissue's linear response is computed once per eye and the loop
-// then convolves, no supervisor, the exact solver. Threads: immutable after construction.
+// by run/tissue_margin, population/spots. Source: derived here; docs/control.md (declared
+// uncertainty). Units: SI. Difference to simulate_eye: the tissue's linear response is computed
+// once per eye and the loop then convolves, no supervisor, the exact solver. Threads: immutable
+// after construction.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,13 +24,19 @@ struct DeclaredQuantity {
   double more;  ///< relative
   enum class Part { kSpotRadius, kThickness, kAbsorption, kChoroid } part;
   std::size_t layer = 0;
+  bool declared = true;  ///< false: it does not move
 
   /// Relative change for a sign of -1, 0 or 1.
   double change(int sign) const noexcept { return sign < 0 ? -less : sign * more; }
+  void scale(Tissue& tissue, double factor) const;
 };
 
-/// Spot radius, each thickness, each absorption that alpha does not scale, as far as declared; and
-/// beta if it is estimated: from 1.6 deviations below its initial value to 3.1 above, as alpha.
+/// Spot radius, each thickness, each absorption that alpha does not scale, declared or not.
+std::vector<DeclaredQuantity> tissue_quantities(const UncertaintySettings& uncertainty,
+                                                const Tissue& tissue);
+
+/// Those of the model's tissue as far as declared; and beta if it is estimated: from 1.6 deviations
+/// below its initial value to 3.1 above, as alpha.
 std::vector<DeclaredQuantity> declared_quantities(const Config& config);
 
 /// The model's tissue with each quantity moved by change(signs[i]), signs -1, 0 or 1.

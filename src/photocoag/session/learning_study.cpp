@@ -4,9 +4,9 @@
 #include <cmath>
 #include <memory>
 
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/parallel.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/session/learning.hpp"
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/core/build_info.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "photocoag/run_files/table.hpp"
 
 namespace photocoag {

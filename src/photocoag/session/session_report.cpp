@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "photocoag/campaign/statistics.hpp"
 #include "photocoag/page/page.hpp"
+#include "photocoag/population/statistics.hpp"
 #include "photocoag/session/session_map.hpp"
 #include "photocoag/session/session_record.hpp"
 

@@ -1,16 +1,18 @@
-#include "photocoag/run/spots.hpp"
+#include "photocoag/population/spots.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "photocoag/core/parallel.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/population/measures.hpp"
+#include "photocoag/run/declared_eye.hpp"
+#include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
@@ -21,19 +23,15 @@ double draw(std::uint64_t seed, std::uint64_t i, double low, double high) {
   return low + (high - low) * uniform(seed, i, RandomStream::kRandomSpot);
 }
 
+double random_alpha(const SpotRange& range, std::uint64_t seed) {
+  return range.alpha(uniform(seed, 0, RandomStream::kRandomSpot));
+}
+
 Tissue random_tissue(const Config& config, std::uint64_t seed) {
-  const UncertaintySettings& u = config.uncertainty;
   Tissue tissue = config.plant.tissue;
   std::uint64_t next = 1;
-  const auto factor = [&](double relative) {
-    return 1.0 + draw(seed, next++, -relative, relative);
-  };
-  const double wider = factor(u.spot_radius);
-  tissue.spot_radius *= wider;
-  for (double& beam : tissue.beam_radii) beam *= wider;
-  for (Layer& layer : tissue.layers) {
-    layer.thickness *= factor(u.thickness);
-    if (layer.scaled_by != ScaledBy::kAlpha) layer.absorption *= factor(u.absorption);
+  for (const DeclaredQuantity& q : tissue_quantities(config.uncertainty, tissue)) {
+    q.scale(tissue, 1.0 + draw(seed, next++, -q.less, q.more));
   }
   return tissue;
 }
@@ -47,29 +45,16 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
   one.safety.supervised = false;
   const Treatment treatment = simulate_eye(one, model, {.full = eye_model});
 
-  const double reference = config.control.peak_reference;
-  SpotOutcome outcome{.alpha = alpha};
-  std::optional<double> first_reached;
-  double sum = 0.0;
-  double squares = 0.0;
-  std::size_t late = 0;
-  for (const CycleRecord& record : treatment.records) {
-    const double peak = record.truth.peak;
-    outcome.peak_max = std::max(outcome.peak_max, peak);
-    outcome.violations += peak > limit ? 1 : 0;
-    if (!first_reached && reached(peak, reference)) first_reached = record.time;
-    if (record.time <= 0.05) continue;
-    sum += peak;
-    squares += (peak - reference) * (peak - reference);
-    ++late;
-  }
-  if (late > 0) {
-    outcome.held_mean = sum / static_cast<double>(late);
-    outcome.rms_error = std::sqrt(squares / static_cast<double>(late));
-  }
-  outcome.time_to_95_percent = first_reached.value_or(config.run.duration);
-  outcome.absorption_error = treatment.records.back().estimate.absorption_factor / alpha - 1.0;
-  return outcome;
+  one.control.peak_max = limit;
+  const RunSummaryNumbers numbers = summarize(one, treatment);
+  const double held_mean = held(treatment, 0.05, 0.0).error;
+  return {.alpha = alpha,
+          .peak_max = numbers.peak_true_max,
+          .violations = numbers.limit_violations,
+          .time_to_95_percent = numbers.time_to_95_percent.value_or(config.run.duration),
+          .held_mean = std::isnan(held_mean) ? 0.0 : held_mean,
+          .rms_error = numbers.rms_error_after_50_ms.value_or(0.0),
+          .absorption_error = *numbers.absorption_error_final};
 }
 
 // As a fraction of the whole.
@@ -79,51 +64,31 @@ auto told(const Progress& progress, std::string_view stage, std::size_t count) {
   };
 }
 
-// The value that the next bit of `corner` says, and its sign appended to `name`.
-double pushed(double value, double relative, std::size_t& corner, std::string& name) {
-  if (relative == 0.0) return value;
-  const bool up = (corner & 1) != 0;
-  corner >>= 1;
-  name += up ? '+' : '-';
-  return value * (up ? 1.0 + relative : 1.0 - relative);
-}
-
-// Bits of `corner` that are left mean that there are no more corners.
-Tissue corner_tissue(const Config& config, std::size_t& corner, std::string& name) {
-  const UncertaintySettings& u = config.uncertainty;
-  Tissue tissue = config.plant.tissue;
-  const double radius = tissue.spot_radius;
-  tissue.spot_radius = pushed(radius, u.spot_radius, corner, name);
-  for (double& beam : tissue.beam_radii) beam *= tissue.spot_radius / radius;
-  for (Layer& layer : tissue.layers) {
-    layer.thickness = pushed(layer.thickness, u.thickness, corner, name);
-    if (layer.scaled_by == ScaledBy::kAlpha || layer.absorption == 0.0) continue;
-    layer.absorption = pushed(layer.absorption, u.absorption, corner, name);
-  }
-  return tissue;
-}
-
-std::size_t count_corners(const Config& config) {
-  std::string name;
-  std::size_t none = 0;
-  corner_tissue(config, none, name);
-  return std::size_t{1} << name.size();
+// What [uncertainty] declares of the eye's tissue.
+std::vector<DeclaredQuantity> corner_quantities(const Config& config) {
+  std::vector<DeclaredQuantity> all = tissue_quantities(config.uncertainty, config.plant.tissue);
+  std::erase_if(all, [](const DeclaredQuantity& q) { return !q.declared; });
+  return all;
 }
 
 // The treatments of corner `index` up to number `count`.
 void attack_corner(const Config& config, const ReducedModel& model, const SpotRange& range,
                    double limit, const CornerAttack& attack, std::size_t index, std::size_t count,
                    CornerOutcome& outcome) {
-  std::size_t corner = index;
+  Tissue tissue = config.plant.tissue;
   outcome.name.clear();
-  const auto eye = std::make_shared<const FullOrderModel>(
-      corner_tissue(config, corner, outcome.name), config.grid);
+  for (const DeclaredQuantity& q : corner_quantities(config)) {
+    const bool up = (index >> outcome.name.size() & 1) != 0;
+    q.scale(tissue, 1.0 + q.change(up ? 1 : -1));
+    outcome.name += up ? '+' : '-';
+  }
+  const auto eye = std::make_shared<const FullOrderModel>(tissue, config.grid);
   double held = outcome.held_mean * static_cast<double>(outcome.treatments);
   for (std::size_t& k = outcome.treatments; k < count; ++k) {
     const std::uint64_t seed = 1 + index * attack.count + k;
     const double alpha = k == 0   ? range.alpha_high
                          : k == 1 ? range.alpha_low
-                                  : draw(seed, 0, range.alpha_low, range.alpha_high);
+                                  : random_alpha(range, seed);
     const SpotOutcome one = treat_spot(config, model, eye, alpha, limit, seed);
     outcome.over += one.violations > 0 ? 1 : 0;
     held += one.held_mean;
@@ -140,7 +105,7 @@ std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedMod
                                           const SpotRange& range, double limit,
                                           const CornerAttack& attack, const Progress& progress) {
   static_cast<void>(Controller(model, config.control, config.estimator));
-  std::vector<CornerOutcome> outcomes(count_corners(config));
+  std::vector<CornerOutcome> outcomes(std::size_t{1} << corner_quantities(config).size());
   for_each_in_parallel(
       outcomes.size(),
       [&](std::size_t i) {
@@ -180,8 +145,7 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
         const auto eye = same_tissue ? shared
                                      : std::make_shared<const FullOrderModel>(
                                            random_tissue(config, seed), config.grid);
-        outcomes[i] = treat_spot(config, model, eye,
-                                 draw(seed, 0, range.alpha_low, range.alpha_high), limit, seed);
+        outcomes[i] = treat_spot(config, model, eye, random_alpha(range, seed), limit, seed);
       },
       told(progress, "treating spots", count));
   return outcomes;

@@ -1,7 +1,7 @@
 // Consistency of the estimator as issue and documents promise it, over many eyes with fixed seeds.
 #include <gtest/gtest.h>
 
-#include "photocoag/run/estimation_study.hpp"
+#include "photocoag/population/estimation_study.hpp"
 
 namespace photocoag {
 namespace {

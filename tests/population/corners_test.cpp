@@ -5,7 +5,7 @@
 #include <string>
 
 #include "loop/treatments.hpp"
-#include "photocoag/run/spots.hpp"
+#include "photocoag/population/spots.hpp"
 
 namespace photocoag::testing {
 namespace {

@@ -8,9 +8,9 @@
 #include "loop/treatments.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/population/unknowns_study.hpp"
 #include "photocoag/report/run_figures.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "photocoag/run/unknowns_study.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {

@@ -1,4 +1,4 @@
-#include "photocoag/run/estimation_table.hpp"
+#include "photocoag/population/estimation_table.hpp"
 
 #include <fmt/format.h>
 

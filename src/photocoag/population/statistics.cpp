@@ -1,4 +1,4 @@
-#include "photocoag/campaign/statistics.hpp"
+#include "photocoag/population/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,18 +1,16 @@
-#include "photocoag/run/unknowns_study.hpp"
+#include "photocoag/population/unknowns_study.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
+#include "photocoag/population/draws.hpp"
+#include "photocoag/population/plain_loop.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kLowestAlpha = 0.35;
-constexpr double kHighestAlpha = 1.5;
 constexpr double kLowestBeta = 0.5;
 constexpr double kHighestBeta = 2.0;
 
@@ -44,23 +42,19 @@ UnknownsResult unknowns_study(const Config& config, ModelStore& models, const Un
   UnknownsResult result{
       .which = which, .cycles = std::vector<UnknownsCycle>(config.cycles()), .limit_exceeded = 0};
   for (int i = 1; i <= seeds; ++i) {
-    const auto seed = static_cast<std::uint64_t>(i) * 16;
-    const double alpha =
-        kLowestAlpha + (kHighestAlpha - kLowestAlpha) * uniform(seed, 0, RandomStream::kStudy);
+    const StudyDraws draws(i, 0);
+    const StudyDraws noise(i, 1);
+    const double alpha = SpotRange{}.alpha(draws.uniform(0));
     const double beta = which.choroid_varies
-                            ? kLowestBeta * std::pow(kHighestBeta / kLowestBeta,
-                                                     uniform(seed, 1, RandomStream::kStudy))
+                            ? kLowestBeta * std::pow(kHighestBeta / kLowestBeta, draws.uniform(1))
                             : 1.0;
     Controller controller = fresh;
     FullOrderPlant eye(full, config.plant.discretization, config.control.period, {alpha, beta});
-    double power = which.dark ? 0.0 : controller.decide().power;
     bool exceeded = false;
-    for (std::size_t k = 0; k < result.cycles.size(); ++k) {
-      eye.step(power);
-      const Outputs truth = eye.outputs();
-      const double noise = config.plant.noise * standard_normal(seed + 1, k, RandomStream::kStudy);
-      const Estimate estimate =
-          controller.observe({.volume_temperature = truth.volume + noise, .applied_power = power});
+    const auto sample = [&](double volume, std::size_t k) {
+      return volume + config.plant.noise * noise.normal(k);
+    };
+    const auto look = [&](const Outputs& truth, const Estimate& estimate, std::size_t k) {
       UnknownsCycle& sum = result.cycles[k];
       sum.alpha += square(estimate.absorption_factor / alpha - 1.0);
       sum.beta += square(estimate.choroid_factor / beta - 1.0);
@@ -69,8 +63,8 @@ UnknownsResult unknowns_study(const Config& config, ModelStore& models, const Un
       if (two) sum.nees_beta += square((estimate.choroid_factor - beta) / estimate.choroid_sigma);
       sum.at_bound += at_bound(which.estimator, estimate) ? 1.0 : 0.0;
       exceeded = exceeded || truth.peak > config.control.peak_max;
-      if (!which.dark) power = controller.decide().power;
-    }
+    };
+    treat_plainly(controller, eye, result.cycles.size(), which.dark, sample, look);
     result.limit_exceeded += exceeded ? 1 : 0;
   }
   for (UnknownsCycle& sum : result.cycles) {

@@ -1,5 +1,5 @@
 // The table of `photocoag estimation`: columns in line and apart, whatever the numbers are.
-#include "photocoag/run/estimation_table.hpp"
+#include "photocoag/population/estimation_table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/mor/uncertain_fit.hpp"
-#include "photocoag/run/information.hpp"
+#include "photocoag/population/information.hpp"
 
 namespace photocoag::testing {
 namespace {

@@ -1,4 +1,4 @@
-#include "photocoag/run/information.hpp"
+#include "photocoag/population/information.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/random.hpp"
-#include "photocoag/loop/controller.hpp"
+#include "photocoag/population/plain_loop.hpp"
 
 namespace photocoag {
 namespace {
@@ -50,42 +50,45 @@ Belief told(Belief belief, int known) {
   return belief;
 }
 
+// The uncertain model at one ln q, as an eye.
+struct UncertainPlant {
+  UncertainPlant(const UncertainModel& model, double period, const QuantityVector& logs) {
+    ResidueSlopes none;
+    model.step_of(period, decay, gain);
+    model.evaluate(logs, peak, none, volume, none);
+    for (std::size_t q = 0; q < model.quantities.size(); ++q) {
+      if (model.quantities[q].kind == QuantityKind::kCalibration) {
+        calibration = std::exp(logs[static_cast<Eigen::Index>(q)]);
+      }
+    }
+    x = StateVector::Zero(model.order());
+  }
+  void step(double power) noexcept { x = decay.cwiseProduct(x) + gain * power; }
+  Outputs outputs() const noexcept { return {calibration * volume.dot(x), peak.dot(x)}; }
+
+  StateVector decay, gain, peak, volume, x;
+  double calibration = 1.0;
+};
+
 void treat(const Config& config, const ReducedModel& model, const EstimatorSettings& settings,
            const QuantityVector& logs, std::uint64_t eye, InformationCase& sums) {
-  const UncertainModel& uncertain = *model.uncertain;
-  StateVector decay;
-  StateVector gain;
-  StateVector peak;
-  StateVector volume;
-  ResidueSlopes peak_slope;
-  ResidueSlopes volume_slope;
-  uncertain.step_of(config.control.period, decay, gain);
-  uncertain.evaluate(logs, peak, peak_slope, volume, volume_slope);
-  double calibration = 1.0;
-  for (std::size_t q = 0; q < uncertain.quantities.size(); ++q) {
-    if (uncertain.quantities[q].kind == QuantityKind::kCalibration) {
-      calibration = std::exp(logs[static_cast<Eigen::Index>(q)]);
-    }
-  }
   const double noise =
       settings.prior.noise > 0.0 ? settings.prior.noise : settings.measurement_noise;
   Controller controller(model, config.control, settings);
-  StateVector x = StateVector::Zero(uncertain.order());
+  UncertainPlant plant(*model.uncertain, config.control.period, logs);
   const std::size_t cycles = sums.peak_sigma.size();
   double late = 0.0;
-  for (std::size_t k = 0; k < cycles; ++k) {
-    const double power = controller.decide().power;
-    x = decay.cwiseProduct(x) + gain * power;
-    const double sample = calibration * volume.dot(x) +
-                          noise * standard_normal(eye, k, RandomStream::kMeasurementNoise);
-    const Estimate estimate = controller.observe({sample, power});
-    const double truth = peak.dot(x);
-    const double scale = truth > 0.0 ? config.control.peak_reference / truth : 0.0;
+  const auto sample = [&](double volume, std::size_t k) {
+    return volume + noise * standard_normal(eye, k, RandomStream::kMeasurementNoise);
+  };
+  const auto look = [&](const Outputs& truth, const Estimate& estimate, std::size_t k) {
+    const double scale = truth.peak > 0.0 ? config.control.peak_reference / truth.peak : 0.0;
     sums.peak_sigma[k] += estimate.peak_sigma * scale * estimate.peak_sigma * scale;
-    const double error = (estimate.outputs.peak - truth) * scale;
+    const double error = (estimate.outputs.peak - truth.peak) * scale;
     sums.peak_error[k] += error * error;
-    if (2 * k >= cycles) late += truth;
-  }
+    if (2 * k >= cycles) late += truth.peak;
+  };
+  treat_plainly(controller, plant, cycles, false, sample, look);
   sums.held +=
       late / static_cast<double>(cycles - (cycles + 1) / 2) - config.control.peak_reference;
 }

@@ -8,15 +8,9 @@
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/mor/reduce.hpp"
+#include "photocoag/population/draws.hpp"
 
 namespace photocoag {
-
-/// What is random about a spot: alpha uniform over [low, high], the declared quantities of
-/// [uncertainty] uniform within theirs, the noise. Seed s gives spot s, whatever else is run.
-struct SpotRange {
-  double alpha_low = 0.35;
-  double alpha_high = 1.5;
-};
 
 /// Of one spot.
 struct SpotOutcome {

@@ -1,4 +1,4 @@
-#include "photocoag/run/estimation_study.hpp"
+#include "photocoag/population/estimation_study.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,30 +6,14 @@
 #include <utility>
 
 #include "photocoag/core/linear_algebra.hpp"
-#include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
-#include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/plant.hpp"
+#include "photocoag/population/draws.hpp"
+#include "photocoag/population/plain_loop.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kLowestAlpha = 0.35;
-constexpr double kHighestAlpha = 1.5;
 constexpr double kOutlierSize = 20.0;  // K
-
-// Independent numbers of one eye; which is for what is told by the index of the draw.
-class Draws {
- public:
-  Draws(int seed, std::uint64_t purpose) : seed_(static_cast<std::uint64_t>(seed) * 16 + purpose) {}
-  double uniform(std::uint64_t k) const {
-    return photocoag::uniform(seed_, k, RandomStream::kStudy);
-  }
-  double normal(std::uint64_t k) const { return standard_normal(seed_, k, RandomStream::kStudy); }
-
- private:
-  std::uint64_t seed_;
-};
 
 // Sums over eyes; EstimationCycle once divided.
 struct Sums {
@@ -88,7 +72,7 @@ void add_errors(const Config& config, const Estimate& estimate, const Outputs& t
 
 // The sample at the end of cycle k; NaN: none.
 double disturbed(const EstimationScenario& scenario, double noisy, std::size_t k,
-                 const Draws& fate) {
+                 const StudyDraws& fate) {
   if (k >= scenario.gap_begin && k < scenario.gap_end) return Sample{}.volume_temperature;
   const double u = fate.uniform(k);
   if (u < scenario.missing) return Sample{}.volume_temperature;
@@ -101,20 +85,18 @@ double disturbed(const EstimationScenario& scenario, double noisy, std::size_t k
 template <Plant P>
 void treat_one(const Config& config, const EstimationScenario& scenario, Controller controller,
                P plant, double alpha, int seed, std::vector<Sums>& sums) {
-  const Draws noise(seed, 1);
-  const Draws fate(seed, 2);
-  const Draws unknown_power(seed, 3);
-  double power = scenario.dark ? 0.0 : controller.decide().power;
-  for (std::size_t k = 0; k < sums.size(); ++k) {
-    double extra = 0.0;
-    if (!scenario.full_order && scenario.matched_noise) {
-      extra = config.estimator.power_process_noise * unknown_power.normal(k);
-    }
-    plant.step(power + extra);
-    const Outputs truth = plant.outputs();
-    const double noisy = truth.volume + config.plant.noise * noise.normal(k);
-    const Estimate estimate = controller.observe(
-        {.volume_temperature = disturbed(scenario, noisy, k, fate), .applied_power = power});
+  const StudyDraws noise(seed, 1);
+  const StudyDraws fate(seed, 2);
+  const StudyDraws unknown_power(seed, 3);
+  const double unknown =
+      !scenario.full_order && scenario.matched_noise ? config.estimator.power_process_noise : 0.0;
+  const auto emitted = [&](double power, std::size_t k) {
+    return unknown > 0.0 ? power + unknown * unknown_power.normal(k) : power;
+  };
+  const auto sample = [&](double volume, std::size_t k) {
+    return disturbed(scenario, volume + config.plant.noise * noise.normal(k), k, fate);
+  };
+  const auto look = [&](const Outputs& truth, const Estimate& estimate, std::size_t k) {
     add_errors(config, estimate, truth, alpha, sums[k]);
     sums[k].sum.nees += state_nees(controller, plant, {alpha, config.plant.choroid_factor});
     if (estimate.status == UpdateStatus::kUpdated) {
@@ -124,14 +106,14 @@ void treat_one(const Config& config, const EstimationScenario& scenario, Control
     } else if (estimate.status == UpdateStatus::kOutlier) {
       sums[k].sum.rejected += 1.0;
     }
-    if (!scenario.dark) power = controller.decide().power;
-  }
+  };
+  treat_plainly(controller, plant, sums.size(), scenario.dark, emitted, sample, look);
 }
 
 double draw_alpha(const Config& config, const EstimationScenario& scenario, int seed) {
-  const Draws draws(seed, 0);
+  const StudyDraws draws(seed, 0);
   if (!scenario.matched_noise) {
-    return kLowestAlpha + (kHighestAlpha - kLowestAlpha) * draws.uniform(0);
+    return SpotRange{}.alpha(draws.uniform(0));
   }
   const EstimatorSettings& s = config.estimator;
   double alpha = 0.0;

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "photocoag/run/estimation_study.hpp"
+#include "photocoag/population/estimation_study.hpp"
 
 namespace photocoag {
 
@@ -14,7 +14,7 @@ std::string estimation_heading();
 
 /// One line: the mean over cycles [begin, end) of `period` seconds. A number too wide for its
 /// column is written with an exponent, so that columns stay in line and apart. Test:
-/// tests/run/estimation_table_test.cpp.
+/// tests/population/estimation_table_test.cpp.
 std::string estimation_row(std::string_view name, const EstimationCycle& mean, double period,
                            std::size_t begin, std::size_t end);
 

@@ -1,0 +1,29 @@
+#include "photocoag/population/measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace photocoag {
+
+Held held(const Treatment& treatment, double after, double reference) {
+  if (treatment.outcome.stopped) return {};
+  double count = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  double estimate_squares = 0.0;
+  for (const CycleRecord& cycle : treatment.records) {
+    if (cycle.time <= after) continue;
+    const double error = cycle.truth.peak - reference;
+    const double of_estimate = cycle.estimate.outputs.peak - cycle.truth.peak;
+    count += 1.0;
+    sum += error;
+    squares += error * error;
+    estimate_squares += of_estimate * of_estimate;
+  }
+  if (count == 0.0) return {};
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean)),
+          std::sqrt(estimate_squares / count)};
+}
+
+}  // namespace photocoag
