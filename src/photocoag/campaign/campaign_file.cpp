@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
-#include <numbers>
-#include <optional>
 #include <utility>
 
 #include "photocoag/config/fields.hpp"
@@ -16,7 +13,6 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/linear_algebra.hpp"
-#include "photocoag/core/random.hpp"
 #include "photocoag/core/sha256.hpp"
 
 namespace photocoag {
@@ -83,24 +79,6 @@ Prior inputs_of(const Value& root, const Config& config) {
   return config.prior;
 }
 
-// Streams of the random numbers of campaigns; core/random.hpp has those below 1000.
-constexpr std::uint32_t kFirstInputStream = 1000;
-constexpr std::uint32_t kSeedStream = 999;
-constexpr std::uint32_t kMostAttempts = 10'000;
-
-double value_of(const RandomQuantity& input, double normal) {
-  switch (input.distribution) {
-    case Distribution::kNormal:
-      return input.center + input.spread * normal;
-    case Distribution::kLogNormal:
-      return input.center * std::exp(input.spread * normal);
-    case Distribution::kUniform:
-      break;
-  }
-  const double probability = 0.5 * std::erfc(-normal / std::numbers::sqrt2);
-  return input.low + (input.high - input.low) * probability;
-}
-
 }  // namespace
 
 std::string Campaign::identity() const {
@@ -144,75 +122,6 @@ Campaign load_campaign(const std::string& file) {
     throw error.at(file);
   }
   return campaign;
-}
-
-std::vector<double> draw_inputs(const Campaign& campaign, std::uint64_t spot) {
-  const std::size_t size = campaign.inputs.size();
-  Eigen::VectorXd normal(static_cast<Eigen::Index>(size));
-  std::vector<double> values(size);
-  // Outside the bounds: all anew, which is the joint distribution truncated to them.
-  for (std::uint32_t attempt = 0; attempt < kMostAttempts; ++attempt) {
-    for (std::size_t i = 0; i < size; ++i) {
-      const auto stream =
-          static_cast<RandomStream>(kFirstInputStream + attempt * static_cast<std::uint32_t>(size) +
-                                    static_cast<std::uint32_t>(i));
-      normal[static_cast<Eigen::Index>(i)] = standard_normal(campaign.seed, spot, stream);
-    }
-    const Eigen::VectorXd correlated = campaign.correlation_root * normal;
-    bool inside = true;
-    for (std::size_t i = 0; i < size; ++i) {
-      values[i] = value_of(campaign.inputs[i], correlated[static_cast<Eigen::Index>(i)]);
-      inside =
-          inside && values[i] >= campaign.inputs[i].low && values[i] <= campaign.inputs[i].high;
-    }
-    if (inside) return values;
-  }
-  throw Error(ErrorParts{.where = campaign.file,
-                         .problem = "the bounds of the inputs are hardly ever met",
-                         .accepted = "bounds with some probability between them"});
-}
-
-std::uint64_t noise_seed(const Campaign& campaign, std::uint64_t spot) noexcept {
-  return static_cast<std::uint64_t>(
-      uniform(campaign.seed, spot, static_cast<RandomStream>(kSeedStream)) * 0x1.0p53);
-}
-
-InputSetter::InputSetter(const Campaign& campaign, Config& config) {
-  for (const RandomQuantity& input : campaign.inputs) {
-    if (input.key == kCalibrationFactor) {
-      targets_.push_back({&factor_, 1.0});
-      continue;
-    }
-    if (input.key == kCalibrationOffset) {
-      targets_.push_back({&offset_, 1.0});
-      continue;
-    }
-    if (input.key == kDelay) {
-      targets_.push_back({&delay_, 1.0});
-      continue;
-    }
-    const std::optional<EyeNumber> number = eye_number(config, input.key);
-    if (!number) {
-      throw Error(ErrorParts{.key = "input.key",
-                             .found = input.key,
-                             .accepted = "a number of the eye, e.g. plant.absorption_factor, "
-                                         "plant.noise_K, plant.tissue.spot_radius_um, "
-                                         "plant.tissue.layers.RPE.thickness_um, or "
-                                         "calibration_factor, calibration_offset_K, delay_cycles"});
-    }
-    targets_.push_back(*number);
-  }
-}
-
-std::optional<int> InputSetter::delay() const noexcept {
-  if (!std::isfinite(delay_)) return std::nullopt;
-  return std::clamp(static_cast<int>(std::lround(delay_)), 0, 1);
-}
-
-void InputSetter::set(const std::vector<double>& values) noexcept {
-  for (std::size_t i = 0; i < targets_.size(); ++i) {
-    *targets_[i].value = values[i] * targets_[i].scale;
-  }
 }
 
 std::string_view input_unit(std::string_view key) noexcept {

@@ -6,8 +6,8 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/parallel.hpp"
+#include "photocoag/population/eye_models.hpp"
 #include "photocoag/population/statistics.hpp"
-#include "photocoag/run/model_cache.hpp"
 #include "photocoag/session/learning.hpp"
 
 namespace photocoag {
@@ -65,27 +65,18 @@ void measure(const Config& config, const Treatment& treatment, const AttemptOutc
   sums.add(6, outcome.held_error_K);
 }
 
-/// What all sessions share.
-struct Shared {
-  const ReducedModel& controller;
-  std::shared_ptr<const FullOrderModel> full;  // null: the eye is reduced
-  const ReducedModel* reduced;
-};
-
 Means session_means(const Session& session, const std::vector<Config>& configs,
-                    const Shared& shared, bool learn) {
+                    const EyeModels& shared, bool learn) {
   std::vector<AttemptOutcome> earlier;
   Sums sums;
   for (std::size_t k = 0; k < configs.size(); ++k) {
     Config config = configs[k];
     if (learn) config.estimator = learnt(config.estimator, earlier, session.learn_floor);
-    EyeModel eye{.full = shared.full, .reduced = shared.reduced};
+    EyeModel eye = shared.eye();
     if (shared.full && !(shared.full->tissue() == config.plant.tissue)) {
       eye.full = std::make_shared<const FullOrderModel>(*shared.full, config.plant.tissue);
     }
-    PlantMismatch as_configured;
-    as_configured.self_test = false;
-    const Treatment treatment = simulate_eye(config, shared.controller, eye, as_configured);
+    const Treatment treatment = treat_eye(config, shared.reduced, eye);
     earlier.push_back(outcome_of(config, treatment));
     if (k > 0) measure(config, treatment, earlier.back(), sums);
   }
@@ -100,16 +91,7 @@ LearningStudy learning_study(const Session& session, std::size_t count, bool use
                            .problem = "there is nothing to learn from",
                            .accepted = "--study of two spots or more on simulated eyes"});
   }
-  const Config& first = session.configs.front();
-  ModelStore store(first, use_cache);
-  std::unique_ptr<ReducedModel> reduced_eye;
-  Shared shared{.controller = store.reduced(), .full = nullptr, .reduced = nullptr};
-  if (first.plant.model == PlantModel::kFull) {
-    shared.full = store.plant_full();
-  } else {
-    reduced_eye = std::make_unique<ReducedModel>(store.plant_reduced());
-    shared.reduced = reduced_eye.get();
-  }
+  const EyeModels shared = make_eye_models(session.configs.front(), use_cache);
   std::vector<std::array<Means, 2>> all(count);
   for_each_in_parallel(count, [&](std::size_t k) {
     const std::vector<Config> configs = session_configs(session, session.seed + k);

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <utility>
 
-#include "photocoag/campaign/campaign_file.hpp"
 #include "photocoag/config/source.hpp"
 #include "photocoag/config/usage.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -18,6 +17,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/core/sha256.hpp"
+#include "photocoag/population/eye_draws.hpp"
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 
@@ -180,42 +180,34 @@ void add_spot(const Value& table, std::vector<SpotPlan>& spots) {
   spots.push_back(std::move(plan));
 }
 
-// Draws quantities of the eye as a campaign does.
-class EyeDraw {
- public:
-  EyeDraw(const Prior& prior, const PriorTables& tables, const Config& config, std::uint64_t seed) {
-    campaign_.seed = seed;
-    campaign_.config = config;
-    campaign_.inputs = prior.quantities;
-    campaign_.correlation_root = *cholesky(correlation_matrix(prior, tables));
-    for (const RandomQuantity& q : prior.quantities) {
-      Config copy = config;
-      if (eye_number(copy, q.key)) continue;
-      throw Error(ErrorParts{.key = fmt::format("{}.key", tables.quantities),
-                             .found = q.key,
-                             .accepted = "a number of the eye, e.g. plant.absorption_factor, "
-                                         "plant.tissue.transmission, plant.sample_gain"});
-    }
+// Refuses what a session cannot set.
+EyeDraws draws_of(const Prior& prior, const PriorTables& tables, Config config,
+                  std::uint64_t seed) {
+  for (const RandomQuantity& q : prior.quantities) {
+    if (eye_number(config, q.key)) continue;
+    throw Error(ErrorParts{.key = fmt::format("{}.key", tables.quantities),
+                           .found = q.key,
+                           .accepted = "a number of the eye, e.g. plant.absorption_factor, "
+                                       "plant.tissue.transmission, plant.sample_gain"});
   }
-  void set(std::uint64_t which, Config& config) const {
-    if (campaign_.inputs.empty()) return;
-    InputSetter(campaign_, config).set(draw_inputs(campaign_, which));
-    config.plant.tissue_differs = !(config.plant.tissue == config.tissue);
-  }
+  return {seed, prior.quantities, *cholesky(correlation_matrix(prior, tables))};
+}
 
- private:
-  Campaign campaign_;
-};
+void set_eye(const EyeDraws& draws, std::uint64_t which, Config& config) {
+  if (draws.inputs.empty()) return;
+  InputSetter(draws, config).set(draw_inputs(draws, which));
+  config.plant.tissue_differs = !(config.plant.tissue == config.tissue);
+}
 
 constexpr std::uint64_t kSharedSeed = 0x5e55105eed0000ULL;  // apart from the spots' draws
 
 std::vector<Config> drawn(const Session& session, std::vector<Config> configs, std::uint64_t seed) {
   if (configs.empty()) return configs;
-  const EyeDraw shared(session.shared, kShared, configs.front(), seed ^ kSharedSeed);
-  const EyeDraw varied(session.varied, kVaried, configs.front(), seed);
+  const EyeDraws shared = draws_of(session.shared, kShared, configs.front(), seed ^ kSharedSeed);
+  const EyeDraws varied = draws_of(session.varied, kVaried, configs.front(), seed);
   for (std::size_t k = 0; k < configs.size(); ++k) {
-    shared.set(0, configs[k]);
-    varied.set(k, configs[k]);
+    set_eye(shared, 0, configs[k]);
+    set_eye(varied, k, configs[k]);
     configs[k].run.seed = seed * kMostSpots + k;
     configs[k].validate();
   }

@@ -6,9 +6,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/parallel.hpp"
-#include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/tissue_margin.hpp"
-#include "photocoag/run/treatment.hpp"
 
 namespace photocoag {
 namespace {
@@ -43,7 +41,7 @@ Trajectory trajectory_of(const Treatment& treatment) {
 
 }  // namespace
 
-std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
+std::shared_ptr<const EyeModels> ModelPool::get(const Config& config) {
   std::shared_ptr<Slot> slot;
   {
     const std::lock_guard lock(mutex_);
@@ -52,27 +50,15 @@ std::shared_ptr<const ModelPool::Models> ModelPool::get(const Config& config) {
     slot = found;
   }
   std::call_once(slot->once, [&] {
-    ModelStore store(config, use_cache_);
-    auto models = std::make_shared<Models>();
-    models->reduced = store.reduced();
-    if (config.plant.model == PlantModel::kFull) {
-      models->full = store.plant_full();
-    } else {
-      models->plant = store.plant_reduced();
-    }
-    slot->models = std::move(models);
+    slot->models = std::make_shared<const EyeModels>(make_eye_models(config, use_cache_));
   });
   return slot->models;
 }
 
-Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed) {
+Trajectory run_once(const Config& config, const EyeModels& models, std::uint64_t seed) {
   Config one = config;
   one.run.seed = seed;
-  PlantMismatch options;
-  options.self_test = false;
-  return trajectory_of(simulate_eye(
-      one, models.reduced,
-      {.full = models.full, .reduced = models.plant ? &*models.plant : nullptr}, options));
+  return trajectory_of(treat_eye(one, models.reduced, models.eye()));
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,

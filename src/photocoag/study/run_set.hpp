@@ -9,13 +9,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "photocoag/config/config.hpp"
-#include "photocoag/fom/full_order_model.hpp"
-#include "photocoag/rom/reduced_model.hpp"
+#include "photocoag/population/eye_models.hpp"
 #include "photocoag/study/expression.hpp"
 
 namespace photocoag {
@@ -44,18 +42,13 @@ struct RunResult {
 class ModelPool {
  public:
   explicit ModelPool(bool use_cache) : use_cache_(use_cache) {}
-  struct Models {
-    ReducedModel reduced;
-    std::shared_ptr<const FullOrderModel> full;  ///< of the eye; null if it is a reduced one
-    std::optional<ReducedModel> plant;
-  };
   /// Throws Error if the configuration cannot be had.
-  std::shared_ptr<const Models> get(const Config& config);
+  std::shared_ptr<const EyeModels> get(const Config& config);
 
  private:
   struct Slot {
     std::once_flag once;
-    std::shared_ptr<const Models> models;
+    std::shared_ptr<const EyeModels> models;
   };
   bool use_cache_;
   std::mutex mutex_;
@@ -70,7 +63,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
                                const RunProgress& progress = {});
 
 /// One closed loop in virtual time.
-Trajectory run_once(const Config& config, const ModelPool::Models& models, std::uint64_t seed);
+Trajectory run_once(const Config& config, const EyeModels& models, std::uint64_t seed);
 
 /// Every measure of one trajectory (docs/studies.md lists them).
 std::map<std::string, double> measure(const Config& config, const Trajectory& trajectory);

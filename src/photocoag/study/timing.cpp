@@ -34,8 +34,7 @@ struct Decided {
   double previous_power;
 };
 
-std::vector<Decided> record(const Config& config, const ModelPool::Models& models,
-                            std::uint64_t seed) {
+std::vector<Decided> record(const Config& config, const EyeModels& models, std::uint64_t seed) {
   Controller controller(models.reduced, config.control, config.estimator);
   SimulatedEye eye(FullOrderPlant(models.full, config.plant.discretization, config.control.period,
                                   config.plant.absorption()),

@@ -1,0 +1,30 @@
+// Role: studies; what treatments of one eye share, and one of them. Used by study, session.
+// Threads: any number may treat.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "photocoag/config/config.hpp"
+#include "photocoag/fom/full_order_model.hpp"
+#include "photocoag/rom/reduced_model.hpp"
+#include "photocoag/run/treatment.hpp"
+
+namespace photocoag {
+
+struct EyeModels {
+  ReducedModel reduced;                        ///< the controller's
+  std::shared_ptr<const FullOrderModel> full;  ///< of the eye; null if it is a reduced one
+  std::optional<ReducedModel> plant;
+
+  EyeModel eye() const { return {.full = full, .reduced = plant ? &*plant : nullptr}; }
+};
+
+/// Throws Error if the configuration cannot be had.
+EyeModels make_eye_models(const Config& config, bool use_cache);
+
+/// In virtual time on the calling thread; the self-test is taken as passed, as of all the eyes of a
+/// population.
+Treatment treat_eye(const Config& config, const ReducedModel& model, const EyeModel& eye);
+
+}  // namespace photocoag
