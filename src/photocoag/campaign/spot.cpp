@@ -7,7 +7,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/fom/shared_grid.hpp"
-#include "photocoag/population/measures.hpp"
+#include "photocoag/population/eye_models.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/run_folder.hpp"
 

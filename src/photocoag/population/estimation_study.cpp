@@ -15,11 +15,14 @@ namespace {
 
 constexpr double kOutlierSize = 20.0;  // K
 
-// Sums over eyes; EstimationCycle once divided.
-struct Sums {
-  EstimationCycle sum;
-  double used = 0.0;  // samples
-};
+using Cycle = EstimationCycle;
+constexpr CycleNumber<Cycle> kNumbers[] = {{&Cycle::nees},
+                                           {&Cycle::nees_alpha},
+                                           {&Cycle::nees_peak},
+                                           {&Cycle::rms_alpha, true},
+                                           {&Cycle::rms_peak, true},
+                                           {&Cycle::sigma_alpha},
+                                           {&Cycle::moved_alpha, true}};
 
 double square(double value) { return value * value; }
 
@@ -59,15 +62,15 @@ double state_nees(const Controller& controller, const P& plant, AbsorptionFactor
 }
 
 void add_errors(const Config& config, const Estimate& estimate, const Outputs& truth, double alpha,
-                Sums& at) {
+                Cycle& sum) {
   const double alpha_error = estimate.absorption_factor - alpha;
-  at.sum.nees_alpha += square(alpha_error / estimate.absorption_sigma);
+  sum.nees_alpha += square(alpha_error / estimate.absorption_sigma);
   const double peak_error = estimate.outputs.peak - truth.peak;
-  if (estimate.peak_sigma > 0.0) at.sum.nees_peak += square(peak_error / estimate.peak_sigma);
-  at.sum.rms_alpha += square(alpha_error / alpha);
-  at.sum.rms_peak += square(peak_error);
-  at.sum.sigma_alpha += estimate.absorption_sigma;
-  at.sum.moved_alpha += square(estimate.absorption_factor - config.estimator.absorption_initial);
+  if (estimate.peak_sigma > 0.0) sum.nees_peak += square(peak_error / estimate.peak_sigma);
+  sum.rms_alpha += square(alpha_error / alpha);
+  sum.rms_peak += square(peak_error);
+  sum.sigma_alpha += estimate.absorption_sigma;
+  sum.moved_alpha += square(estimate.absorption_factor - config.estimator.absorption_initial);
 }
 
 // The sample at the end of cycle k; NaN: none.
@@ -84,7 +87,7 @@ double disturbed(const EstimationScenario& scenario, double noisy, std::size_t k
 
 template <Plant P>
 void treat_one(const Config& config, const EstimationScenario& scenario, Controller controller,
-               P plant, double alpha, int seed, std::vector<Sums>& sums) {
+               P plant, double alpha, int seed, std::vector<Cycle>& sums) {
   const StudyDraws noise(seed, 1);
   const StudyDraws fate(seed, 2);
   const StudyDraws unknown_power(seed, 3);
@@ -98,13 +101,13 @@ void treat_one(const Config& config, const EstimationScenario& scenario, Control
   };
   const auto look = [&](const Outputs& truth, const Estimate& estimate, std::size_t k) {
     add_errors(config, estimate, truth, alpha, sums[k]);
-    sums[k].sum.nees += state_nees(controller, plant, {alpha, config.plant.choroid_factor});
+    sums[k].nees += state_nees(controller, plant, {alpha, config.plant.choroid_factor});
     if (estimate.status == UpdateStatus::kUpdated) {
       const auto& filter = controller.filter();
-      sums[k].sum.nis += square(filter.innovation() / filter.innovation_sigma());
+      sums[k].nis += square(filter.innovation() / filter.innovation_sigma());
       sums[k].used += 1.0;
     } else if (estimate.status == UpdateStatus::kOutlier) {
-      sums[k].sum.rejected += 1.0;
+      sums[k].rejected += 1.0;
     }
   };
   treat_plainly(controller, plant, sums.size(), scenario.dark, emitted, sample, look);
@@ -132,7 +135,7 @@ EstimationStatistics estimation_statistics(const Config& base, ModelStore& model
   if (scenario.prior_sigma > 0.0) {
     config.estimator.absorption_sigma_initial = scenario.prior_sigma;
   }
-  std::vector<Sums> sums(config.cycles());
+  std::vector<Cycle> sums(config.cycles());
   const ReducedModel& model = models.reduced();
   const Controller controller(model, config.control, config.estimator);
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -147,46 +150,24 @@ EstimationStatistics estimation_statistics(const Config& base, ModelStore& model
       treat_one(config, scenario, controller, ReducedPlant(model, eye), alpha, seed, sums);
     }
   }
-  EstimationStatistics result{.scenario = scenario, .cycles = {}};
-  for (const Sums& at : sums) {
-    EstimationCycle mean = at.sum;
-    mean.used = at.used;
-    mean.nis /= std::max(1.0, at.used);
-    mean.rejected /= std::max(1.0, at.used + mean.rejected);
-    for (double* value : {&mean.nees, &mean.nees_alpha, &mean.nees_peak, &mean.rms_alpha,
-                          &mean.rms_peak, &mean.sigma_alpha, &mean.moved_alpha}) {
-      *value /= seeds;
-    }
-    mean.rms_alpha = std::sqrt(mean.rms_alpha);
-    mean.rms_peak = std::sqrt(mean.rms_peak);
-    mean.moved_alpha = std::sqrt(mean.moved_alpha);
-    result.cycles.push_back(mean);
+  for (Cycle& sum : sums) {
+    sum.nis /= std::max(1.0, sum.used);
+    sum.rejected /= std::max(1.0, sum.used + sum.rejected);
+    divide(sum, kNumbers, seeds);
   }
-  return result;
+  return {.scenario = scenario, .cycles = std::move(sums)};
 }
 
 EstimationCycle EstimationStatistics::mean(std::size_t begin, std::size_t end) const {
-  EstimationCycle sum;
+  Cycle mean = mean_over(cycles, kNumbers, begin, end);
   end = std::min(end, cycles.size());
-  const double count = static_cast<double>(end - begin);
   for (std::size_t k = begin; k < end; ++k) {
-    const EstimationCycle& c = cycles[k];
-    sum.nis += c.nis * c.used;
-    sum.used += c.used;
-    sum.nees += c.nees / count;
-    sum.nees_alpha += c.nees_alpha / count;
-    sum.nees_peak += c.nees_peak / count;
-    sum.rms_alpha += square(c.rms_alpha) / count;
-    sum.rms_peak += square(c.rms_peak) / count;
-    sum.sigma_alpha += c.sigma_alpha / count;
-    sum.moved_alpha += square(c.moved_alpha) / count;
-    sum.rejected += c.rejected / count;
+    mean.nis += cycles[k].nis * cycles[k].used;
+    mean.used += cycles[k].used;
+    mean.rejected += cycles[k].rejected / static_cast<double>(end - begin);
   }
-  sum.nis /= std::max(1.0, sum.used);
-  sum.rms_alpha = std::sqrt(sum.rms_alpha);
-  sum.rms_peak = std::sqrt(sum.rms_peak);
-  sum.moved_alpha = std::sqrt(sum.moved_alpha);
-  return sum;
+  mean.nis /= std::max(1.0, mean.used);
+  return mean;
 }
 
 std::vector<EstimationScenario> estimation_scenarios(const Config& config) {

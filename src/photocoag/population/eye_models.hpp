@@ -2,6 +2,7 @@
 // Threads: any number may treat.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -26,5 +27,15 @@ EyeModels make_eye_models(const Config& config, bool use_cache);
 /// In virtual time on the calling thread; the self-test is taken as passed, as of all the eyes of a
 /// population.
 Treatment treat_eye(const Config& config, const ReducedModel& model, const EyeModel& eye);
+
+/// Of the cycles that end after some time; NaN if there are none, or the treatment was stopped.
+struct Held {
+  double error = std::numeric_limits<double>::quiet_NaN();         ///< K, mean of peak - reference
+  double deviation = std::numeric_limits<double>::quiet_NaN();     ///< K, of the true peak
+  double estimate_rms = std::numeric_limits<double>::quiet_NaN();  ///< K, of estimated - true peak
+};
+
+/// `after`: s. `reference`: K.
+Held held(const Treatment& treatment, double after, double reference);
 
 }  // namespace photocoag

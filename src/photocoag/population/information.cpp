@@ -88,7 +88,7 @@ void treat(const Config& config, const ReducedModel& model, const EstimatorSetti
     sums.peak_error[k] += error * error;
     if (2 * k >= cycles) late += truth.peak;
   };
-  treat_plainly(controller, plant, cycles, false, sample, look);
+  treat_plainly(controller, plant, cycles, false, kAllPower, sample, look);
   sums.held +=
       late / static_cast<double>(cycles - (cycles + 1) / 2) - config.control.peak_reference;
 }

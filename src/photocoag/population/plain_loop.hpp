@@ -1,19 +1,25 @@
 // Role: studies; Algorithm 1 on one eye for who looks at every cycle: no device, no supervisor, no
-// record. Used by estimation_study, unknowns_study, information. Units: SI.
+// record; and means of what was seen. Used by estimation_study, unknowns_study, information. Units:
+// SI.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "photocoag/loop/controller.hpp"
 #include "photocoag/loop/plant.hpp"
 
 namespace photocoag {
 
+/// Of what the controller decided, all.
+inline constexpr auto kAllPower = [](double power, std::size_t) { return power; };
+
 /// `power_of(decided, k)`: what the eye gets, W, of what the controller decided and believes.
 /// `sample_of(truth, k)`: K; NaN: none. `look(truth, estimate, k)`: at the end of cycle k. `dark`:
 /// 0 W throughout instead of the controller's power.
-template <Plant P>
-void treat_plainly(Controller& controller, P& eye, std::size_t cycles, bool dark,
+void treat_plainly(Controller& controller, Plant auto& eye, std::size_t cycles, bool dark,
                    const auto& power_of, const auto& sample_of, const auto& look) {
   for (std::size_t k = 0; k < cycles; ++k) {
     const double power = dark ? 0.0 : controller.decide().power;
@@ -25,13 +31,38 @@ void treat_plainly(Controller& controller, P& eye, std::size_t cycles, bool dark
   }
 }
 
-/// The same with all of the power.
-template <Plant P>
-void treat_plainly(Controller& controller, P& eye, std::size_t cycles, bool dark,
-                   const auto& sample_of, const auto& look) {
-  treat_plainly(
-      controller, eye, cycles, dark, [](double power, std::size_t) { return power; }, sample_of,
-      look);
+/// A number of each cycle: a mean, or the root of a mean of squares.
+template <typename Cycle>
+struct CycleNumber {
+  double Cycle::*value;
+  bool root = false;
+};
+
+/// Of sums over eyes, of squares where a root is wanted.
+template <typename Cycle>
+void divide(Cycle& sums, const auto& numbers, double eyes) {
+  for (const CycleNumber<Cycle>& number : numbers) {
+    double& value = sums.*number.value;
+    value /= eyes;
+    if (number.root) value = std::sqrt(value);
+  }
+}
+
+/// Over cycles [begin, end).
+template <typename Cycle>
+Cycle mean_over(const std::vector<Cycle>& cycles, const auto& numbers, std::size_t begin,
+                std::size_t end) {
+  Cycle mean;
+  end = std::min(end, cycles.size());
+  for (const CycleNumber<Cycle>& number : numbers) {
+    double& sum = mean.*number.value;
+    for (std::size_t k = begin; k < end; ++k) {
+      const double value = cycles[k].*number.value;
+      sum += (number.root ? value * value : value) / static_cast<double>(end - begin);
+    }
+    if (number.root) sum = std::sqrt(sum);
+  }
+  return mean;
 }
 
 }  // namespace photocoag

@@ -10,7 +10,7 @@
 #include "photocoag/core/parallel.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/loop/controller.hpp"
-#include "photocoag/population/measures.hpp"
+#include "photocoag/population/eye_models.hpp"
 #include "photocoag/run/declared_eye.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/treatment.hpp"

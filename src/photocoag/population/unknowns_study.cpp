@@ -14,6 +14,11 @@ namespace {
 constexpr double kLowestBeta = 0.5;
 constexpr double kHighestBeta = 2.0;
 
+using Cycle = UnknownsCycle;
+constexpr CycleNumber<Cycle> kNumbers[] = {{&Cycle::alpha, true}, {&Cycle::beta, true},
+                                           {&Cycle::peak, true},  {&Cycle::nees_alpha},
+                                           {&Cycle::nees_beta},   {&Cycle::at_bound}};
+
 double square(double value) { return value * value; }
 
 bool at_bound(const EstimatorSettings& s, const Estimate& estimate) {
@@ -64,30 +69,15 @@ UnknownsResult unknowns_study(const Config& config, ModelStore& models, const Un
       sum.at_bound += at_bound(which.estimator, estimate) ? 1.0 : 0.0;
       exceeded = exceeded || truth.peak > config.control.peak_max;
     };
-    treat_plainly(controller, eye, result.cycles.size(), which.dark, sample, look);
+    treat_plainly(controller, eye, result.cycles.size(), which.dark, kAllPower, sample, look);
     result.limit_exceeded += exceeded ? 1 : 0;
   }
-  for (UnknownsCycle& sum : result.cycles) {
-    for (double* value : {&sum.alpha, &sum.beta, &sum.peak}) *value = std::sqrt(*value / seeds);
-    for (double* value : {&sum.nees_alpha, &sum.nees_beta, &sum.at_bound}) *value /= seeds;
-  }
+  for (Cycle& sum : result.cycles) divide(sum, kNumbers, seeds);
   return result;
 }
 
 UnknownsCycle UnknownsResult::over(std::size_t begin, std::size_t end) const {
-  UnknownsCycle mean;
-  end = std::min(end, cycles.size());
-  const auto count = static_cast<double>(end - begin);
-  for (std::size_t k = begin; k < end; ++k) {
-    mean.alpha += square(cycles[k].alpha) / count;
-    mean.beta += square(cycles[k].beta) / count;
-    mean.peak += square(cycles[k].peak) / count;
-    mean.nees_alpha += cycles[k].nees_alpha / count;
-    mean.nees_beta += cycles[k].nees_beta / count;
-    mean.at_bound += cycles[k].at_bound / count;
-  }
-  for (double* value : {&mean.alpha, &mean.beta, &mean.peak}) *value = std::sqrt(*value);
-  return mean;
+  return mean_over(cycles, kNumbers, begin, end);
 }
 
 std::vector<UnknownsCase> unknowns_cases(const Config& config) {
