@@ -53,7 +53,7 @@ void DeclaredQuantity::scale(Tissue& tissue, double factor) const {
       break;
     case Part::kChoroid:
       for (Layer& one : tissue.layers) {
-        if (one.scaled_by_beta) one.absorption *= factor;
+        if (one.scaled_by == ScaledBy::kBeta) one.absorption *= factor;
       }
       break;
   }
