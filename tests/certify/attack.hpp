@@ -60,7 +60,7 @@ class Attack {
       if (corner == 1) free[k] = settings_.peak_reference;
     }
     const StateVector state(solve_transposed(observed_, free));
-    model_.evaluate(draw(box_.absorption), draw(box_.choroid), matrices_);
+    model_.evaluate({draw(box_.absorption), draw(box_.choroid)}, matrices_);
     const double reference = ocp_.steady_power(matrices_.input);
     const bool first = std::uniform_int_distribution<>(0, 9)(random_) == 0;
     ocp_.condense({.state = state,
