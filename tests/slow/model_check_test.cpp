@@ -194,7 +194,7 @@ TEST(ModelCheck, NoErrorHidesBetweenTheAbsorptionsThatAreCompared) {
   EXPECT_NO_THROW(check_model(good, Tissue{}, {}, ""));
   ASSERT_EQ(good.theta.terms, 8);
   ParametricMatrices at_one;
-  good.evaluate(1.0, 1.0, at_one);
+  good.evaluate({1.0, 1.0}, at_one);
   const std::vector<double> hidden = hidden_polynomial();
   ReducedModel model = good;
   model.certificate.reset();
