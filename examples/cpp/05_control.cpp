@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
   ModelStore models(config, /*use_cache=*/true);
   const std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
-  const Treatment treatment = run_treatment(config, models, DeviceAddress{}, stop, progress);
+  const Treatment treatment = run_treatment(config, models, virtual_eye(), stop, progress);
   const RunSummaryNumbers numbers = summarize(config, treatment);
   std::printf("%zu cycles, peak at most %.2f K, limit %g K\n", treatment.records.size(),
               numbers.peak_true_max, numbers.limit);
