@@ -83,7 +83,8 @@ TEST(LogOnAFullDisk, SaysWhatItLostWhereverTheDiskEnds) {
         LogOptions options{.ring_records = 4096, .segment_bytes = segment_bytes, .write = {}};
         LogWriter log(folder.path() / "log", header(), options);
         produce(log, 0, 300 + taken);
-        while (content_of(folder.path() / "log").records.size() < 300U + taken) {
+        while (content_of(folder.path() / "log").records.size() <
+               300U + static_cast<std::size_t>(taken)) {
           wait_until(monotonic_ns() + 1'000'000);
         }
         ASSERT_TRUE(Ballast(folder.path() / "ballast").fill());

@@ -79,7 +79,7 @@ struct ReducedModel {
   InputTerms B_d;   ///< discrete-time B_j
 
   /// Its parameters, in the order of ScaledBy: alpha, or alpha and beta.
-  std::vector<ParameterRange> parameters{{.min = 0.3, .max = 1.7}};
+  std::vector<ParameterRange> parameters = std::vector<ParameterRange>(1, {.min = 0.3, .max = 1.7});
   std::string method;                ///< e.g. "pod-deim"
   std::string refinement = "none";   ///< e.g. "output-error"
   std::string parameter_dependence;  ///< e.g. "deim"
