@@ -107,7 +107,7 @@ TEST(Reduce, DeimAddsNextToNothing) {
     const MatrixXd basis = pod_basis(*full, space, model.order());
     ReducedModel exact =
         model;  // one term, the constant 1 as an "absorbed fraction": exp(0) - exp(-1000)
-    exact.theta = {.points = {AbsorbedFraction{0.0, 0.0, 1000.0, 0.0}}, .terms = 1};
+    exact.theta = {.points = {AbsorbedFraction{.fixed_back = 1000.0}}, .terms = 1};
     exact.A = basis.transpose() * (-space.rates).asDiagonal() * basis;
     exact.C_peak = basis.transpose() * space.peak;
     double worst = 0.0;
