@@ -116,6 +116,7 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& s
   // Step 0: u is the unconstrained minimum.
   factor_.take_roots();
   normals_.clear(n);
+  relaxed_ = false;
 
   bool entering = false;
   for (iterations_ = 0; iterations_ <= limit; ++iterations_) {
@@ -124,6 +125,14 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& s
     if (!entering) {
       if (!choose_violated(problem)) {
         if (conclude(problem, kSharp, solution)) return QpStatus::kSolved;
+        if (relaxed_) {  // the active set is found: the margin has done its work
+          for (int i = 0; i < offsets_.size(); ++i) offsets_(i) -= margin_[i];
+          refine(problem);
+          if (!choose_violated(problem) && conclude(problem, kInfinity, solution)) {
+            return QpStatus::kSolved;
+          }
+          for (int i = 0; i < offsets_.size(); ++i) offsets_(i) += margin_[i];
+        }
         refine(problem);
         if (!choose_violated(problem)) {
           return conclude(problem, kInfinity, solution) ? QpStatus::kSolved : QpStatus::kKktFailed;
@@ -304,8 +313,12 @@ double DenseSolver::least_violation(const QpProblem& problem) const noexcept {
 // Raises the limits of the rows in conflict, so that they just have a point in common; and by what
 // counts as violated, or rounding may bring the conflict back.
 void DenseSolver::relax(const QpProblem& problem, double gap) noexcept {
+  if (!relaxed_) std::fill_n(margin_, offsets_.size(), 0.0);
+  relaxed_ = true;
   const auto raise = [&](int index) {
-    offsets_(index - n_) += std::max(gap, least_counted(problem, index));
+    const double by = std::max(gap, least_counted(problem, index));
+    offsets_(index - n_) += by;
+    margin_[index - n_] += by - std::max(gap, 0.0);
   };
   if (entering_.index >= n_) raise(entering_.index);
   for (int k = 0; k < normals_.count(); ++k) {

@@ -93,9 +93,11 @@ class DenseSolver {
   HessianFactor factor_;
 
   // The constraints, normalized: G_i / scale_i u <= offset_i.
-  InputVector box_scale_;    // n, max(|lower|, |upper|)
-  InputVector box_weight_;   // 1 / that
-  InputVector offsets_;      // m, limit_i / scale_i; infinite: no u in the box violates the row
+  InputVector box_scale_;   // n, max(|lower|, |upper|)
+  InputVector box_weight_;  // 1 / that
+  InputVector offsets_;     // m, limit_i / scale_i; infinite: no u in the box violates the row
+  double margin_[even(kMaxInputs)];  // m, what relax() added beyond the conflict
+  bool relaxed_ = false;
   InputVector row_weights_;  // m, 1 / scale_i
 
   // The iterate: u, the active set and its multipliers, and the constraint that is entering.
