@@ -12,21 +12,7 @@
 #define PERIODS 1000
 #define N PC_INPUTS
 
-void print(const char* text);
-
-static void print_number(const char* name, uint32_t value) {
-  char digits[12];
-  char* at = digits + sizeof digits - 1;
-  *at = '\0';
-  do {
-    *--at = (char)('0' + value % 10);
-    value /= 10;
-  } while (value > 0);
-  print(name);
-  print(" ");
-  print(at);
-  print("\n");
-}
+void print_number(const char* name, uint32_t value);
 
 typedef struct {
   uint64_t sum;

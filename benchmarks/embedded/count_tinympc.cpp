@@ -6,7 +6,7 @@
 
 extern "C" {
 #include "pc_controller.h"
-void print(const char* text);
+void print_number(const char* name, std::uint32_t value);
 void* __dso_handle = nullptr;
 void _init() {}
 void _fini() {}
@@ -22,20 +22,6 @@ constexpr int kPeriods = 1000;
 constexpr float kUnit = 30.0F;  // K, as in tinympc_code.py
 
 std::uint32_t ticks() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E018); }
-
-void print_number(const char* name, std::uint32_t value) {
-  char digits[12];
-  char* at = digits + sizeof digits - 1;
-  *at = '\0';
-  do {
-    *--at = static_cast<char>('0' + value % 10);
-    value /= 10;
-  } while (value > 0);
-  print(name);
-  print(" ");
-  print(at);
-  print("\n");
-}
 
 struct Counter {
   std::uint64_t sum = 0;

@@ -10,21 +10,7 @@
 #define TICKS (*(volatile uint32_t*)0xE000E018)
 #define STACK 2048 /* words that are looked at */
 
-void print(const char* text);
-
-static void print_number(const char* name, uint32_t value) {
-  char digits[12];
-  char* at = digits + sizeof digits - 1;
-  *at = '\0';
-  do {
-    *--at = (char)('0' + value % 10);
-    value /= 10;
-  } while (value > 0);
-  print(name);
-  print(" ");
-  print(at);
-  print("\n");
-}
+void print_number(const char* name, uint32_t value);
 
 static pc_controller controller;
 static float powers;

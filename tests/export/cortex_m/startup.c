@@ -1,4 +1,5 @@
-/* Start of a program on QEMU's mps2 boards (Cortex-M4F, M7): vectors, memory, FPU, main. */
+/* Start of a program on QEMU's mps2 boards (Cortex-M4F, M7): vectors, memory, FPU, main; what it
+ * says. */
 #include <stdint.h>
 
 extern uint32_t stack_top, data_load, data_start, data_end, bss_start, bss_end;
@@ -22,6 +23,20 @@ static uint32_t ask(uint32_t operation, const void* argument) {
 }
 
 void print(const char* text) { ask(0x04, text); }
+
+void print_number(const char* name, uint32_t value) {
+  char digits[12];
+  char* at = digits + sizeof digits - 1;
+  *at = '\0';
+  do {
+    *--at = (char)('0' + value % 10);
+    value /= 10;
+  } while (value > 0);
+  print(name);
+  print(" ");
+  print(at);
+  print("\n");
+}
 
 void start(void) {
   const uint32_t* from = &data_load;
