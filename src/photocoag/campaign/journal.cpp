@@ -49,6 +49,12 @@ std::size_t read_at(int file, const std::string& name, void* data, std::size_t s
 }
 
 constexpr std::size_t kChunk = 4096;  // blocks that are read at a time
+constexpr auto kSyncEvery = std::chrono::seconds(1);
+
+int sync_data(int file) noexcept {
+  if (fdatasync(file) == 0) return 0;
+  return errno == EINVAL ? 0 : errno;  // EINVAL: this kind of file cannot be brought anywhere
+}
 
 }  // namespace
 
@@ -93,10 +99,30 @@ void Journal::open_for(const Campaign& campaign) {
   if (ftruncate(file_, end) != 0 || lseek(file_, end, SEEK_SET) < 0) {
     fail(name_, "cannot be written");
   }
+  begin_sync();
 }
 
 Journal::~Journal() {
-  if (file_ >= 0) close(file_);
+  if (syncing_.valid()) syncing_.wait();
+  sync_data(file_);
+  close(file_);
+}
+
+void Journal::begin_sync() {
+  synced_ = std::chrono::steady_clock::now();
+  syncing_ = std::async(std::launch::async, sync_data, file_);
+}
+
+bool Journal::sync_is_due() const {
+  return std::chrono::steady_clock::now() - synced_ >= kSyncEvery &&
+         (!syncing_.valid() ||
+          syncing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready);
+}
+
+void Journal::end_sync() {
+  if (!syncing_.valid()) return;
+  errno = syncing_.get();
+  if (errno != 0) fail(name_, "cannot be brought to the disk");
 }
 
 std::size_t Journal::bytes_per_spot(const Campaign& campaign) {
@@ -116,6 +142,12 @@ void Journal::append(const SpotRecord& record) {
     left -= static_cast<std::size_t>(written);
   }
   if (record.spot < campaign_spots_) spots_.insert(record.spot);
+  const bool last = spots_.size() == campaign_spots_;
+  if (last || sync_is_due()) {
+    end_sync();
+    begin_sync();
+  }
+  if (last) end_sync();
 }
 
 void Journal::for_each(const std::function<void(const double* block)>& see) const {

@@ -1,12 +1,15 @@
 // Role: offline; finished spots on disk, so that an interrupted campaign continues. Used by
 // campaign. Append-only: a header, then one block of fixed size per spot with its checksum; a block
 // that is cut short or damaged counts as none, and so does the second block of a spot. Memory does
-// not depend on the number of spots. Real-time promise: none. Threads: one owner.
+// not depend on the number of spots. Real-time promise: none. Threads: one owner, and one of its
+// own that brings the file to the disk.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <string>
 
 #include "photocoag/campaign/spot.hpp"
@@ -25,7 +28,9 @@ class Journal {
   Journal& operator=(const Journal&) = delete;
 
   const SpotSet& spots() const noexcept { return spots_; }
-  /// Returns when the system has the block: a crash of the program loses nothing after that.
+  /// Returns when the system has the block: a crash of the program loses nothing after that. To the
+  /// disk it comes within a second or two, the last one of a campaign at once: a power cut costs
+  /// what was computed since. Throws Error, also of blocks before.
   void append(const SpotRecord& record);
   /// Calls `see` with the block (campaign/spot.hpp) of each spot once, in the order of the file.
   void for_each(const std::function<void(const double* block)>& see) const;
@@ -35,6 +40,10 @@ class Journal {
 
  private:
   void open_for(const Campaign& campaign);
+  // What is in the file comes to the disk, without waiting for it; what became of the last time.
+  void begin_sync();
+  void end_sync();
+  bool sync_is_due() const;
   // Every block whose checksum is right; the end of the last whole one in the file.
   std::uint64_t for_each_good(const std::function<void(const double* block)>& see) const;
 
@@ -44,6 +53,8 @@ class Journal {
   int file_ = -1;
   std::uint64_t header_ = 0;  // bytes
   SpotSet spots_;
+  std::chrono::steady_clock::time_point synced_;  // begun then
+  std::future<int> syncing_;                      // its errno
 };
 
 }  // namespace photocoag
