@@ -6,8 +6,8 @@
 # costs the spots in flight. Table and report are written once all spots are there. What is asked for below can be asked
 # for otherwise on sbatch's command line, e.g. --ntasks=256 --time=12:00:00.
 # PHOTOCOAG: the program, default: photocoag; more than one task needs one built with MPI.
-# LAUNCH: what starts its ranks, default: srun; "srun --mpi=pmix" where srun has to be told.
-# Untried on a cluster: tests/script/slurm.sh runs it with stand-ins for Slurm's commands.
+# LAUNCH: what starts its ranks, default: srun, with --mpi=pmix where there is that, which Open MPI needs; for another
+# MPI: "srun --mpi=pmi2" and the like (srun --mpi=list).
 #SBATCH --job-name=photocoag
 #SBATCH --ntasks=16
 #SBATCH --cpus-per-task=1
@@ -19,7 +19,9 @@
 set -euo pipefail
 [ $# -eq 2 ] || { echo "usage: sbatch campaign.sh FILE DIR" >&2; exit 2; }
 file="$1" folder="$2"
-read -ra launch <<<"${LAUNCH:-srun}"
+pmix=""
+[ -n "${LAUNCH:-}" ] || ! srun --mpi=list 2>&1 | grep -qw pmix || pmix=" --mpi=pmix"
+read -ra launch <<<"${LAUNCH:-srun$pmix}"
 
 journal_bytes() { stat -c %s "$folder/journal.bin" 2>/dev/null || echo 0; }
 before=$(journal_bytes)

@@ -14,6 +14,8 @@ mkdir "$work/bin"
 # Sends SIGTERM once the journal has grown by $GROWTH bytes, as the time limit of --signal does; options are srun's own.
 cat >"$work/bin/srun" <<'END'
 #!/usr/bin/env bash
+[ "$1" != --mpi=list ] || { echo "MPI plugin types are... ${PLUGINS:-none pmi2}" >&2; exit 0; }
+echo "$@" >"$LAUNCHED"
 while [[ "$1" == -* ]]; do shift; done
 bytes() { stat -c %s "$JOURNAL" 2>/dev/null || echo 0; }
 end=$(($(bytes) + GROWTH))
@@ -29,7 +31,8 @@ printf '#!/bin/sh\necho "${STATE:-RUNNING}"\n' >"$work/bin/squeue"
 printf '#!/bin/sh\n[ "$*" = "requeue 42" ] && touch "%s/requeued"\n' "$work" >"$work/bin/scontrol"
 chmod +x "$work/bin/"*
 export PATH="$work/bin:$PATH" PHOTOCOAG="$program" LAUNCH="srun --mpi=pmix" SLURM_JOB_ID=42 SLURM_CPUS_PER_TASK=1
-export XDG_CACHE_HOME="$work/cache" JOURNAL="$work/out/journal.bin" GROWTH=400000
+export XDG_CACHE_HOME="$work/cache" JOURNAL="$work/out/journal.bin" GROWTH=400000 LAUNCHED="$work/launched"
+unset PLUGINS
 
 cat >"$work/spots.toml" <<'END'
 spots = 10000
@@ -72,4 +75,12 @@ mkdir -p "$work/early"
 printf '#!/bin/sh\nexit 1\n' >"$work/early/photocoag"
 chmod +x "$work/early/photocoag"
 PHOTOCOAG="$work/early/photocoag" not_again "stopped at once" 1 "$work/spots.toml"
+# Unless told otherwise: srun as it is, or with PMIx where there is that.
+launched() { # what Slurm offers, the arguments before the program
+  printf '#!/bin/sh\n' >"$work/early/photocoag"
+  PLUGINS="$1" LAUNCH="" PHOTOCOAG="$work/early/photocoag" not_again "$1" 0 "$work/spots.toml"
+  [ "$(cut -d / -f 1 "$LAUNCHED")" = "$2" ] || fail "$1: srun $(cat "$LAUNCHED")"
+}
+launched "none pmi2" ""
+launched "none pmix pmi2" "--mpi=pmix "
 echo "$jobs jobs, the same bytes"
