@@ -46,8 +46,7 @@ TEST(Base64, BreaksMayBeAnywhere) {
 
 TEST(Base64, WhatIsNoDigitIsNamedWhereverItStands) {
   for (std::size_t at = 0; at <= 8; ++at) {
-    const std::string message =
-        testing::message_of([at] { decoded(with("Zm9vYmFy", at, '?')); });
+    const std::string message = testing::message_of([at] { decoded(with("Zm9vYmFy", at, '?')); });
     EXPECT_NE(message.find("not base64"), std::string::npos) << at;
     EXPECT_NE(message.find("?"), std::string::npos) << at;
   }

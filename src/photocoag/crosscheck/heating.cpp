@@ -46,8 +46,8 @@ struct StageMatrices {
 /// The factors of mass + h stiffness, and `inverse`, one over their diagonal.
 PHOTOCOAG_WIDE_VECTORS
 void shift_and_factorize(const Lane4* mass, const Lane4* mass_beside, const Lane4* stiffness,
-                         const Lane4* stiffness_beside, double h, std::size_t nodes,
-                         Lane4* inverse, Lane4* ratio) {
+                         const Lane4* stiffness_beside, double h, std::size_t nodes, Lane4* inverse,
+                         Lane4* ratio) {
   Lane4 diagonal = mass[0] + h * stiffness[0];
   for (std::size_t i = 0; i < nodes; ++i) {
     inverse[i] = 1.0 / diagonal;
@@ -140,9 +140,9 @@ struct Loads {
 template <std::size_t Rows>
 inline __attribute__((always_inline)) void add_gram_rows(double* __restrict gram,
                                                          const double* __restrict heat,
-                                                         std::size_t stride,
-                                                         const Loads& loads, double weight,
-                                                         std::size_t a, std::size_t b) {
+                                                         std::size_t stride, const Loads& loads,
+                                                         double weight, std::size_t a,
+                                                         std::size_t b) {
   double kept[Rows][kGramColumns] = {};
   const std::size_t columns = std::min(kGramColumns, loads.count - b);
   for (std::size_t r = 0; r < Rows; ++r) {
@@ -246,8 +246,7 @@ void Heating::advance(double time, int steps) {
   for (int step = 0; step < steps; ++step) {
     solve({now, nullptr, nullptr, 0.0, 0.0, at, slopes[0]}, nullptr);
     solve({now, slopes[0], nullptr, h * Alexander::kHalf, 0.0, at, slopes[1]}, nullptr);
-    solve({now, slopes[0], slopes[1], h * Alexander::kFirst, h * Alexander::kSecond, at,
-           slopes[2]},
+    solve({now, slopes[0], slopes[1], h * Alexander::kFirst, h * Alexander::kSecond, at, slopes[2]},
           now);
   }
 }
