@@ -272,31 +272,31 @@ int bench(const BenchOptions& options) {
 }
 
 const Command kBench(
-    "bench", "measure computation times on this machine", [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<BenchOptions>();
+    "bench", "measure computation times on this machine", bench,
+    [](CommandLine& command, BenchOptions& options) {
       command
           .add_option(
-              "NAME", options->name,
+              "NAME", options.name,
               "cycle: one control cycle and one step of the eye; qp: every solver on recorded "
               "problems (the paper's Table 1); first-cycle: in 100 fresh processes")
           .required()
           .one_of({"cycle", "qp", "first-cycle"});
-      command.add_option("--config", options->config, "cycle: one more row, for this configuration")
+      command.add_option("--config", options.config, "cycle: one more row, for this configuration")
           .type_name("FILE");
-      command.add_option("--set", options->set, "cycle: one key of that row, repeatable")
+      command.add_option("--set", options.set, "cycle: one key of that row, repeatable")
           .type_name("KEY=VALUE");
-      command.add_option("--json", options->json, "also write the numbers; - is standard output")
+      command.add_option("--json", options.json, "also write the numbers; - is standard output")
           .type_name("FILE");
-      command.add_option("--svg", options->svg, "qp: also draw the medians over N")
+      command.add_option("--svg", options.svg, "qp: also draw the medians over N")
           .type_name("FILE");
       command
-          .add_option("--export", options->problems,
+          .add_option("--export", options.problems,
                       "qp: also write the recorded problems with their exact answers (JSON)")
           .type_name("FILE");
-      command.add_option("--repetitions", options->repetitions, "qp: how often to time every step")
+      command.add_option("--repetitions", options.repetitions, "qp: how often to time every step")
           .check(whole_number_from(1, 1000))
           .type_name("n");
-      command.add_flag("--one-process", options->one_process,
+      command.add_flag("--one-process", options.one_process,
                        "first-cycle: measure in this process only, print microseconds");
       command.footer(footer(
           "  photocoag bench cycle\n"
@@ -305,7 +305,6 @@ const Command kBench(
           "  photocoag bench first-cycle\n"
           "  ./photocoag bench model       full-order steps against sparse Cholesky; a program\n"
           "                                of its own in the source tree, see benchmarks/"));
-      command.callback([options, &exit_code] { exit_code = bench(*options); });
     });
 
 }  // namespace

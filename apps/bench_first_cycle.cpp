@@ -2,7 +2,6 @@
 // a fresh process: nothing in caches or branch predictors but what the dummy cycle left there.
 #include <fmt/format.h>
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <optional>

@@ -1,9 +1,6 @@
 // `photocoag boundaries`: is the tissue large enough?
-#include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "command.hpp"
@@ -44,13 +41,11 @@ int boundaries(const CommonOptions& options) {
 
 const Command kBoundaries(
     "boundaries", "tell whether [tissue] is large enough: move each boundary out, compare the peak",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<CommonOptions>();
-      add_common(command, *options);
+    boundaries, [](CommandLine& command, CommonOptions& options) {
+      add_common(command, options);
       command.footer(
           footer("  photocoag boundaries\n"
                  "  photocoag boundaries --set tissue.domain_radius_um=1000"));
-      command.callback([options, &exit_code] { exit_code = boundaries(*options); });
     });
 
 }  // namespace

@@ -1,7 +1,4 @@
 // `photocoag calibrate`: a calibration curve from heating data.
-#include <fmt/format.h>
-
-#include <memory>
 
 #include "command.hpp"
 #include "configured.hpp"
@@ -71,31 +68,29 @@ int calibrate_command(const CalibrateOptions& options) {
 
 const Command kCalibrate(
     "calibrate", "fit the photoacoustic calibration curve to data of evenly warmed tissue",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<CalibrateOptions>();
-      add_common(command, *options);
+    calibrate_command, [](CommandLine& command, CalibrateOptions& options) {
+      add_common(command, options);
       command
-          .add_option("DATA", options->data,
+          .add_option("DATA", options.data,
                       "CSV file with columns temperature_C, amplitude, energy_uJ")
           .type_name("FILE");
-      command.add_option("--out", options->out, "TOML file for the curve").type_name("FILE");
+      command.add_option("--out", options.out, "TOML file for the curve").type_name("FILE");
       command
-          .add_option("--degree", options->degree,
+          .add_option("--degree", options.degree,
                       "of the polynomial; 0: the smallest of 1 to 3 that predicts well")
           .check(whole_number_from(0, 5))
           .type_name("d");
       command
-          .add_option("--example", options->example,
+          .add_option("--example", options.example,
                       "first write data of the simulated transducer to this file")
           .type_name("FILE");
-      command.add_option("--rows", options->rows, "pulses of the example")
+      command.add_option("--rows", options.rows, "pulses of the example")
           .check(whole_number_from(8, 1000000))
           .type_name("n");
       command.footer(
           footer("  photocoag calibrate --example heating.csv\n"
                  "  photocoag calibrate heating.csv --out curve.toml\n"
                  "  photocoag treat --device eye --set photoacoustics.calibration=curve.toml"));
-      command.callback([options, &exit_code] { exit_code = calibrate_command(*options); });
     });
 
 }  // namespace

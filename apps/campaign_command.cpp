@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -180,36 +179,35 @@ int campaign_command(const CampaignCommandOptions& options) {
 
 const Command kCampaign(
     "campaign", "thousands of virtual spots with random tissue, on all cores and machines",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<CampaignCommandOptions>();
-      command.add_option("FILE", options->file, "campaign file (TOML)").required();
+    campaign_command, [](CommandLine& command, CampaignCommandOptions& options) {
+      command.add_option("FILE", options.file, "campaign file (TOML)").required();
       command
-          .add_option("--out", options->out,
+          .add_option("--out", options.out,
                       "folder, new, empty, or that of the same campaign, which is continued")
           .type_name("DIR");
-      command.add_option("--threads", options->threads, "per rank; default: all cores it may use")
+      command.add_option("--threads", options.threads, "per rank; default: all cores it may use")
           .check(whole_number_from(1, 1024))
           .type_name("N");
       command
-          .add_option("--replay", options->replay,
+          .add_option("--replay", options.replay,
                       "only this spot, to the bit, with a run folder and a report")
           .check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
           .type_name("SPOT");
       command
           .add_option(
-              "--estimate", options->estimate,
+              "--estimate", options.estimate,
               "instead: of the first N spots, cycle by cycle, whether the estimated peak is as "
               "good as its stated deviation says, and as a batch estimate of all samples")
           .check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
           .excludes("--replay")
           .type_name("N");
       command
-          .add_flag("--only-complete", options->only_complete,
+          .add_flag("--only-complete", options.only_complete,
                     "an interrupted campaign keeps its spots and writes no table and no report yet")
           .excludes("--replay")
           .excludes("--estimate");
-      add_json(command, options->json).excludes("--estimate");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
+      add_json(command, options.json).excludes("--estimate");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced model anew");
       command.footer(fmt::format(
           "Examples:\n"
           "  photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"
@@ -221,7 +219,6 @@ const Command kCampaign(
           Ranks::has_mpi() ? "through MPI, one folder on the first rank's machine"
                            : "this build has no MPI",
           kResearchNotice));
-      command.callback([&exit_code, options] { exit_code = campaign_command(*options); });
     });
 
 }  // namespace

@@ -1,7 +1,5 @@
 // `photocoag certify`: the most active-set changes of `dense` for a configuration, proved.
-#include <fmt/format.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -105,9 +103,7 @@ nlohmann::ordered_json proof_object(const IterationProof& proof, bool stopped, b
 
 int certify_command(const CertifyCommandOptions& options) {
   const Config config = configured(Use::kExportC, options.config, options.set);
-  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
-    draw_progress("reducing", fraction, stage);
-  });
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   clear_progress();
   const CertifiedBox box = box_of(options, config, model);
@@ -151,40 +147,38 @@ int certify_command(const CertifyCommandOptions& options) {
 
 const Command kCertify(
     "certify", "prove how many active-set changes the solver needs at most (horizons 2 to 5)",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<CertifyCommandOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
+    certify_command, [](CommandLine& command, CertifyCommandOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
       const auto add_range = [&](const char* name, std::string& value, const char* what) {
         command.add_option(name, value, what).type_name("LOW,HIGH");
       };
-      add_range("--alpha", options->absorption,
+      add_range("--alpha", options.absorption,
                 "absorption factors; default: the estimator's bounds");
-      add_range("--beta", options->choroid, "choroid factors, of a model with two");
+      add_range("--beta", options.choroid, "choroid factors, of a model with two");
       add_range(
-          "--free", options->free,
+          "--free", options.free,
           "peak temperatures without further powers, K, at every stage by itself; default: 0 to "
           "1.25 times control.peak_max_K");
-      add_range("--previous", options->previous,
+      add_range("--previous", options.previous,
                 "the power before, W, and the first cycle's reference power; default: all powers");
-      command.add_option("--boxes", options->boxes, "most boxes to look at")
+      command.add_option("--boxes", options.boxes, "most boxes to look at")
           .check(whole_number_from(1, 100'000'000))
           .show_default()
           .type_name("n");
       command
-          .add_option("--out", options->out,
+          .add_option("--out", options.out,
                       "model file to write, with the proof in it; may be "
                       "model.file itself")
           .type_name("FILE");
-      command.add_flag("--again", options->again, "even if model.file has the proof already");
-      add_json(command, options->json);
+      command.add_flag("--again", options.again, "even if model.file has the proof already");
+      add_json(command, options.json);
       command.footer(
           footer("  photocoag certify --config configs/paper-1khz.toml\n"
                  "  photocoag certify --set control.horizon=3 --out model.json\n"
                  "  photocoag certify --set control.horizon=3 --set model.file=model.json\n"
                  "  photocoag certify --set control.horizon=4 --free 20,32 --boxes 100000\n"
                  "Ctrl-C ends the search; what is proved so far is printed."));
-      command.callback([options, &exit_code] { exit_code = certify_command(*options); });
     });
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace photocoag {
 namespace {
@@ -107,7 +108,7 @@ void CommandLine::take_everything() {
 }
 
 Command::Command(const char* name, const char* description, Configure configure)
-    : name_(name), description_(description), configure_(configure) {
+    : name_(name), description_(description), configure_(std::move(configure)) {
   registered().push_back(this);
 }
 

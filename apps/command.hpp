@@ -2,20 +2,34 @@
 // the one `Command` in it registers it. main.cpp lists them by what people do.
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "command_line.hpp"
 
 namespace photocoag {
 
-/// `configure` gives `command` its options and examples, and a callback that stores the exit code:
-/// 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error (exit code 2).
 class Command {
  public:
-  using Configure = void (*)(CommandLine& command, int& exit_code);
+  /// Gives `command` its options and examples, and a callback that stores the exit code.
+  using Configure = std::function<void(CommandLine& command, int& exit_code)>;
 
   Command(const char* name, const char* description, Configure configure);
+  /// `describe` binds the command line to `options`, and gives examples. `run` does it and returns
+  /// the exit code: 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error
+  /// (exit code 2).
+  template <typename Options>
+  Command(const char* name, const char* description, int (*run)(const Options&),
+          std::type_identity_t<void (*)(CommandLine& command, Options& options)> describe)
+      : Command(name, description, [run, describe](CommandLine& command, int& exit_code) {
+          const auto options = std::make_shared<Options>();
+          describe(command, *options);
+          command.callback([run, options, &exit_code] { exit_code = run(*options); });
+        }) {}
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 

@@ -1,14 +1,11 @@
 // `photocoag compare`: run folders, or campaigns, in one report.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
-#include "configured.hpp"
 #include "console.hpp"
 #include "options.hpp"
 #include "photocoag/campaign/pareto.hpp"
@@ -16,7 +13,6 @@
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/study/sweep.hpp"
-#include "progress.hpp"
 #include "study_folders.hpp"
 
 namespace photocoag {
@@ -47,19 +43,17 @@ const Command kCompare(
     "compare",
     "several run folders in one report: one time axis, configuration differences; or several "
     "campaigns: violation against held temperature",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<CompareRunsOptions>();
+    compare_runs_command, [](CommandLine& command, CompareRunsOptions& options) {
       command
-          .add_option("RUN", options->runs,
+          .add_option("RUN", options.runs,
                       "run folders of treat or simulate, or folders of campaigns")
           .required();
       command
-          .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
           .type_name("DIR");
       command.footer(
           footer("  photocoag compare runs/first runs/second --out runs/both\n"
                  "  photocoag compare runs/pareto-nominal runs/pareto-chance-1-percent"));
-      command.callback([options, &exit_code] { exit_code = compare_runs_command(*options); });
     });
 
 }  // namespace

@@ -1,10 +1,9 @@
 // `photocoag config`: a configuration checked and printed; the schema.
-#include <memory>
 
+#include "photocoag/config/config.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "options.hpp"
-#include "photocoag/config/config.hpp"
 #include "photocoag/config/schema.hpp"
 #include "photocoag/core/files.hpp"
 
@@ -25,17 +24,15 @@ int print_config(const ConfigOptions& options) {
 }
 
 const Command kConfig(
-    "config", "check a configuration and print it complete and annotated",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ConfigOptions>();
-      add_common(command, *options);
-      command.add_flag("--schema", options->schema,
+    "config", "check a configuration and print it complete and annotated", print_config,
+    [](CommandLine& command, ConfigOptions& options) {
+      add_common(command, options);
+      command.add_flag("--schema", options.schema,
                        "instead: the JSON Schema of every key, for editors of TOML");
       command.footer(
           footer("  photocoag config > my.toml\n"
                  "  photocoag config --schema > photocoag.schema.json\n"
                  "  photocoag config --config my.toml --set control.peak_reference_K=20"));
-      command.callback([options, &exit_code] { exit_code = print_config(*options); });
     });
 
 }  // namespace

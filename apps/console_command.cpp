@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <memory>
-#include <optional>
-
 #include "command.hpp"
 #include "configured.hpp"
 #include "console.hpp"
@@ -14,9 +11,7 @@
 #include "options.hpp"
 #include "photocoag/console/describe.hpp"
 #include "photocoag/console/desk.hpp"
-#include "photocoag/console/page_files.hpp"
 #include "photocoag/console/server.hpp"
-#include "photocoag/console/token.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/stop_signal.hpp"
@@ -157,9 +152,7 @@ int run_console(const ConsoleOptions& options) {
   require_real_time(config);
 
   say("photocoag {}: {}\n", version(), kResearchNotice);
-  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
-    draw_progress("reducing", fraction, stage);
-  });
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   if (config.plant.model == PlantModel::kFull && place.here()) models.plant_full();
   clear_progress();
@@ -186,37 +179,36 @@ int run_console(const ConsoleOptions& options) {
 
 const Command kConsole(
     "console", "treat live in the browser: a page on this machine alone, spot after spot",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ConsoleOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
+    run_console, [](CommandLine& command, ConsoleOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
       const CommandOption device =
-          command.add_option("--device", options->device, "as of treat; default: a simulated eye")
+          command.add_option("--device", options.device, "as of treat; default: a simulated eye")
               .type_name("DEVICE");
       command
           .add_option(
-              "--session", options->session,
+              "--session", options.session,
               "the spots of a session file (docs/sessions.md) in the folder of --out, which "
               "is continued")
           .type_name("FILE")
           .excludes(device)
           .excludes("--config")
           .excludes("--set");
-      command.add_option("--port", options->port, "on 127.0.0.1; default: any that is free")
+      command.add_option("--port", options.port, "on 127.0.0.1; default: any that is free")
           .check(whole_number_from(0, 65535))
           .type_name("P");
       const CommandOption foxglove = command.add_flag(
-          "--foxglove", options->foxglove,
+          "--foxglove", options.foxglove,
           "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
       command
-          .add_option("--foxglove-origin", options->foxglove_origins,
+          .add_option("--foxglove-origin", options.foxglove_origins,
                       "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
           .type_name("ORIGIN")
           .one_value_each()
           .needs(foxglove);
       command
           .add_option(
-              "--out", options->out,
+              "--out", options.out,
               "folder, new or empty, for the spots' run folders; default: new ones below runs/")
           .type_name("DIR");
       command.footer(
@@ -226,7 +218,6 @@ const Command kConsole(
                  "  photocoag console --session studies/sessions/grid.toml --out runs/grid\n"
                  "Open the address it prints; it holds a token. The browser can stop; it can "
                  "start only a simulated eye."));
-      command.callback([options, &exit_code] { exit_code = run_console(*options); });
     });
 
 }  // namespace

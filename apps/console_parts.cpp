@@ -1,6 +1,5 @@
 #include "console_parts.hpp"
 
-#include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "command.hpp"
 #include "console.hpp"
@@ -83,17 +82,16 @@ int convert_command(const ConvertOptions& options) {
 
 const Command kConvert(
     "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died",
-    [](CommandLine& command, int& exit_code) {
-      const auto convert_options = std::make_shared<ConvertOptions>();
-      command.add_option("RUN", convert_options->paths, "run folder, or log segments (*.seg)")
+    convert_command, [](CommandLine& command, ConvertOptions& options) {
+      command.add_option("RUN", options.paths, "run folder, or log segments (*.seg)")
           .required()
           .type_name("RUN|SEGMENT...");
-      command.add_option("--csv", convert_options->csv, "CSV file to write; - is standard output")
+      command.add_option("--csv", options.csv, "CSV file to write; - is standard output")
           .type_name("FILE");
-      command.add_option("--hdf5", convert_options->hdf5, "HDF5 file to write").type_name("FILE");
-      command.add_option("--mat", convert_options->mat, "MAT file to write").type_name("FILE");
-      command.add_option("--mcap", convert_options->mcap, "MCAP file to write").type_name("FILE");
-      command.add_flag("--recover", convert_options->recover,
+      command.add_option("--hdf5", options.hdf5, "HDF5 file to write").type_name("FILE");
+      command.add_option("--mat", options.mat, "MAT file to write").type_name("FILE");
+      command.add_option("--mcap", options.mcap, "MCAP file to write").type_name("FILE");
+      command.add_flag("--recover", options.recover,
                        "write run.csv, summary.json and report.html from the log");
       command.footer(
           footer("  photocoag convert runs/first --hdf5 first.h5 --mat first.mat\n"
@@ -101,8 +99,6 @@ const Command kConvert(
                  "  photocoag convert runs/first/log/000000.seg --csv -\n"
                  "  photocoag convert runs/killed --recover\n"
                  "A run of `simulate` has no log: its run.csv is converted."));
-      command.callback(
-          [convert_options, &exit_code] { exit_code = convert_command(*convert_options); });
     });
 
 }  // namespace

@@ -16,8 +16,8 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/figure.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/run/discretizations.hpp"
-#include "photocoag/run/run_folder.hpp"
 
 namespace photocoag {
 namespace {
@@ -136,16 +136,14 @@ int discretizations(const DiscretizationsOptions& options) {
 const Command kDiscretizations(
     "discretizations",
     "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<DiscretizationsOptions>();
-      add_common(command, *options);
-      command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
+    discretizations, [](CommandLine& command, DiscretizationsOptions& options) {
+      add_common(command, options);
+      command.add_option("--out", options.out, "folder for CSV and figure; may be left out")
           .type_name("DIR");
       command.footer(
           footer("  photocoag discretizations --set plant.absorption_factor=0.7363\n"
                  "  photocoag discretizations --out runs/discretizations\n"
                  "The eye is that of [plant]: its absorption_factor and tissue."));
-      command.callback([options, &exit_code] { exit_code = discretizations(*options); });
     });
 
 }  // namespace

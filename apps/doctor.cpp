@@ -1,7 +1,5 @@
 // `photocoag doctor`: is this machine fit for real time?
-#include <fmt/format.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -42,12 +40,10 @@ int doctor_command(const DoctorOptions& options) {
 
 const Command kDoctor(
     "doctor", "what on this machine stands in the way of real time, and what to do about it",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<DoctorOptions>();
-      command.add_option("--json", options->json, "also write it; - is standard output alone")
+    doctor_command, [](CommandLine& command, DoctorOptions& options) {
+      command.add_option("--json", options.json, "also write it; - is standard output alone")
           .type_name("FILE");
       command.footer(footer("  photocoag doctor\n  photocoag doctor --json -"));
-      command.callback([options, &exit_code] { exit_code = doctor_command(*options); });
     });
 
 }  // namespace

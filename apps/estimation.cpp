@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <iterator>
-#include <memory>
+#include <utility>
 
 #include "command.hpp"
 #include "configured.hpp"
@@ -17,6 +16,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/core/percentile.hpp"
 #include "photocoag/core/random.hpp"
 #include "photocoag/estimation/estimator.hpp"
 #include "photocoag/population/estimation_study.hpp"
@@ -57,8 +57,7 @@ double estimator_cost_us(const Config& config, const ReducedModel& model,
     estimator.update(plant.outputs().volume + noise);
     us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
-  std::nth_element(us.begin(), us.begin() + 2000, us.end());
-  return us[2000];
+  return percentile(std::move(us), 0.5);
 }
 
 namespace {
@@ -104,19 +103,18 @@ int estimation(const EstimationOptions& options) {
 
 const Command kEstimation(
     "estimation", "how large the estimator's errors are over many eyes, and whether it knows",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<EstimationOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
-      command.add_option("--seeds", options->seeds, "treatments per scenario")
+    estimation, [](CommandLine& command, EstimationOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
+      command.add_option("--seeds", options.seeds, "treatments per scenario")
           .check(whole_number_from(1, 100000))
           .type_name("N");
-      command.add_option("--csv", options->csv, "also every cycle's figures; - is standard output")
+      command.add_option("--csv", options.csv, "also every cycle's figures; - is standard output")
           .type_name("FILE");
       command.add_flag(
-          "--compare", options->compare,
+          "--compare", options.compare,
           "instead: filter against moving horizon for one and two unknown absorption factors");
-      command.add_option("--out", options->out, "with --compare: new folder for its CSV and figure")
+      command.add_option("--out", options.out, "with --compare: new folder for its CSV and figure")
           .needs("--compare")
           .type_name("DIR");
       command.footer(footer(
@@ -124,7 +122,6 @@ const Command kEstimation(
           "  photocoag estimation --seeds 1000 --set estimator.power_process_noise_W=0\n"
           "  photocoag estimation --compare --config configs/two-unknowns.toml --out runs/mhe\n"
           "Eyes have the tissue of [plant]; their absorption factors are drawn."));
-      command.callback([options, &exit_code] { exit_code = estimation(*options); });
     });
 
 }  // namespace

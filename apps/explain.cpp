@@ -1,13 +1,10 @@
 // `photocoag explain`: what makes the paper's experiments come out as it says.
-#include <fmt/format.h>
 
 #include <chrono>
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "command.hpp"
-#include "configured.hpp"
 #include "console.hpp"
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -37,9 +34,7 @@ int explain_command(const ExplainOptions& options) {
   const Explanation study = load_explanation(file);
   const ClaimedFolder folder = output_folder(options.out, "explanation");
   const ExplainOutcome outcome =
-      explain(study, options.quick, !options.no_cache, [](std::string_view label, double fraction) {
-        draw_progress("explaining", fraction, label);
-      });
+      explain(study, options.quick, !options.no_cache, progress_bar("explaining"));
   clear_progress();
   const ConfirmedSet& best = outcome.confirmed.front();
   print("best set: {}\nholds, of {} repetitions: as seen, in truth\n", best.label,
@@ -57,19 +52,17 @@ int explain_command(const ExplainOptions& options) {
 
 const Command kExplain(
     "explain", "which bench, eye and tuning make the paper's experiments come out as it says",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ExplainOptions>();
-      command.add_option("FILE", options->file, "the search; default: the shipped one")
+    explain_command, [](CommandLine& command, ExplainOptions& options) {
+      command.add_option("FILE", options.file, "the search; default: the shipped one")
           .type_name("FILE");
       command
-          .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
           .type_name("DIR");
-      command.add_flag("--quick", options->quick, "few repetitions, no sensitivity");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      command.add_flag("--quick", options.quick, "few repetitions, no sensitivity");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(
           footer("  photocoag explain --out runs/explanation\n"
                  "  photocoag explain studies/experiments/250hz.toml --quick"));
-      command.callback([options, &exit_code] { exit_code = explain_command(*options); });
     });
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -151,15 +150,14 @@ int export_command(const ExportOptions& options) {
 
 const Command kExport(
     "export", "write the full-order model as sparse matrices (Matrix Market), for other programs",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ExportOptions>();
-      add_common(command, *options);
-      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
+    export_command, [](CommandLine& command, ExportOptions& options) {
+      add_common(command, options);
+      command.add_option("--out", options.out, "folder, new or empty").required().type_name("DIR");
       command
           .add_text(
               "--alphas",
-              [options](const std::string& text) {
-                options->absorption_factors = number_list("--alphas", text, 0.0, 10.0);
+              [&options](const std::string& text) {
+                options.absorption_factors = number_list("--alphas", text, 0.0, 10.0);
               },
               "absorption factors of the columns of B and the rows of C, by comma")
           .required()
@@ -168,7 +166,6 @@ const Command kExport(
           footer("  photocoag export --alphas 0.5,0.7363,1.1 --out matrices\n"
                  "Writes E.mtx, A.mtx, B.mtx, C.mtx, and validation.csv: the powers that reduce\n"
                  "measures errors with and the full-order model's temperatures for them."));
-      command.callback([options, &exit_code] { exit_code = export_command(*options); });
     });
 
 }  // namespace

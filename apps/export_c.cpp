@@ -1,8 +1,6 @@
 // `photocoag export-c`: the controller of a configuration as C99.
-#include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "command.hpp"
 #include "configured.hpp"
@@ -43,9 +41,7 @@ int export_c_command(const ExportCOptions& options) {
   const std::filesystem::path folder = options.out;
   check_run_folder(folder);
 
-  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
-    draw_progress("reducing", fraction, stage);
-  });
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   clear_progress();
   // What treat tells its controller: a declared uncertainty has been searched.
@@ -66,20 +62,18 @@ int export_c_command(const ExportCOptions& options) {
 
 const Command kExportC(
     "export-c", "write the controller as C99 for a microcontroller (without the supervisor)",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ExportCOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
-      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
-      command.add_flag("--float", options->single_precision, "single precision instead of double");
-      command.add_option("--prefix", options->prefix, "of every name and file in C")
+    export_c_command, [](CommandLine& command, ExportCOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
+      command.add_option("--out", options.out, "folder, new or empty").required().type_name("DIR");
+      command.add_flag("--float", options.single_precision, "single precision instead of double");
+      command.add_option("--prefix", options.prefix, "of every name and file in C")
           .type_name("NAME")
           .show_default();
       command.footer(
           footer("  photocoag export-c --config configs/paper-1khz.toml --out controller\n"
                  "  photocoag export-c --float --prefix left_eye_ --out controller\n"
                  "Settings that the C controller does not carry are refused by their key."));
-      command.callback([options, &exit_code] { exit_code = export_c_command(*options); });
     });
 
 }  // namespace

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -63,10 +61,6 @@ std::string fmu_library() {
                  .accepted = "a build with -DPHOTOCOAG_EMBEDDABLE=ON, as ./photocoag does"});
 }
 
-void show_reduction(std::string_view stage, double fraction) {
-  draw_progress("reducing", fraction, stage);
-}
-
 std::vector<FmuFile> files_with_library(FmuKind kind, const Config& config,
                                         const ExportFmuOptions& options) {
   const std::string_view platform = fmu_platform(options.version());
@@ -74,7 +68,7 @@ std::vector<FmuFile> files_with_library(FmuKind kind, const Config& config,
     throw Error(fmt::format("FMI {} has no name for this machine's platform", options.standard));
   }
   const std::string library = fmu_library();
-  ModelStore models(config, !options.no_cache, show_reduction);
+  ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   std::optional<ReducedModel> model;
   TissueMargin margin;
   if (kind == FmuKind::kController) {
@@ -99,7 +93,7 @@ int export_fmu(const ExportFmuOptions& options) {
   if (options.source) require_fmu_source_carries(kind, config);
   require_new(options.out);
   if (options.source) {
-    ModelStore models(config, !options.no_cache, show_reduction);
+    ModelStore models(config, !options.no_cache, progress_bar("reducing"));
     const ReducedModel& model = models.reduced();
     clear_progress();
     write_file(options.out,
@@ -117,20 +111,19 @@ int export_fmu(const ExportFmuOptions& options) {
 const Command kExportFmu(
     "export-fmu",
     "write the simulated eye or the controller as an FMU (FMI 3.0 or 2.0, co-simulation)",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ExportFmuOptions>();
-      command.add_option("KIND", options->kind, "eye, or controller with its supervisor")
+    export_fmu, [](CommandLine& command, ExportFmuOptions& options) {
+      command.add_option("KIND", options.kind, "eye, or controller with its supervisor")
           .required()
           .one_of({"eye", "controller"});
-      add_common(command, *options);
-      add_cache(command, *options);
-      command.add_option("--out", options->out, "file to write, NAME.fmu")
+      add_common(command, options);
+      add_cache(command, options);
+      command.add_option("--out", options.out, "file to write, NAME.fmu")
           .required()
           .type_name("FILE");
       const CommandOption source = command.add_flag(
-          "--source", options->source,
+          "--source", options.source,
           "the controller as C99 sources instead of a library (without the supervisor)");
-      command.add_option("--fmi", options->standard, "version of the standard")
+      command.add_option("--fmi", options.standard, "version of the standard")
           .one_of({"3.0", "2.0"})
           .show_default()
           .excludes(source);
@@ -141,7 +134,6 @@ const Command kExportFmu(
           "  photocoag export-fmu controller --source --out controller-c.fmu\n"
           "Stepped one after the other, eye first, they give the powers of simulate with the "
           "same configuration\nbit for bit: docs/fmu.md."));
-      command.callback([options, &exit_code] { exit_code = export_fmu(*options); });
     });
 
 }  // namespace

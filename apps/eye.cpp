@@ -1,5 +1,4 @@
 // `photocoag eye`: a simulated eye with its laser, in a process of its own.
-#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -79,21 +78,19 @@ int eye_command(const EyeOptions& options) {
 
 const Command kEye(
     "eye", "a simulated eye with its laser as a process of its own: pulses, pressure transients",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<EyeOptions>();
-      add_common(command, *options);
-      command.add_option("--socket", options->socket, "where controllers connect")
-          .type_name("PATH");
-      command.add_option("--owner", options->owner, "end with this process, the parent")
+    eye_command, [](CommandLine& command, EyeOptions& options) {
+      add_common(command, options);
+      command.add_option("--socket", options.socket, "where controllers connect").type_name("PATH");
+      command.add_option("--owner", options.owner, "end with this process, the parent")
           .type_name("PID");
-      command.add_flag("--once", options->once, "end when the first controller has gone");
+      command.add_flag("--once", options.once, "end when the first controller has gone");
       command
-          .add_option("--fault", options->faults,
+          .add_option("--fault", options.faults,
                       "ID@cycle[+count][*value] of docs/devices.md, or a file with one per line")
           .type_name("FAULT")
           .one_value_each();
       command
-          .add_option("--tell", options->tell,
+          .add_option("--tell", options.tell,
                       "send this line to an eye that runs: status, cold, fault ID@cycle")
           .type_name("TEXT");
       command.footer(
@@ -101,7 +98,6 @@ const Command kEye(
                  "  photocoag treat --device eye:/tmp/eye\n"
                  "  photocoag eye --socket /tmp/eye --tell 'fault M2@120'\n"
                  "It is that of [plant], [photoacoustics] and control.period_ms."));
-      command.callback([options, &exit_code] { exit_code = eye_command(*options); });
     });
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 #include "command.hpp"
@@ -95,31 +94,30 @@ int faults_command(const FaultsOptions& options) {
 
 const Command kFaults(
     "faults", "inject every fault of docs/safety.md and show how the supervisor reacts",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<FaultsOptions>();
-      command.add_option("--row", options->row, "one row, e.g. M4; default: all").type_name("ID");
-      command.add_flag("--without-supervisor", options->without_supervisor,
+    faults_command, [](CommandLine& command, FaultsOptions& options) {
+      command.add_option("--row", options.row, "one row, e.g. M4; default: all").type_name("ID");
+      command.add_flag("--without-supervisor", options.without_supervisor,
                        "take the supervisor out: every row must fail");
       command
-          .add_option("--healthy", options->healthy,
+          .add_option("--healthy", options.healthy,
                       "also so many treatments without faults, to count false stops")
           .check(whole_number_from(1, 1000000))
           .type_name("n");
       command
           .add_option(
-              "--kills", options->kills,
+              "--kills", options.kills,
               "instead: SIGKILL so many controllers at random moments of a treatment of the "
               "eye's process (row T4)")
           .check(whole_number_from(1, 100000))
           .type_name("n");
       command
-          .add_option("--stops", options->stops,
+          .add_option("--stops", options.stops,
                       "the same with SIGSTOP, and SIGCONT after 20 ms (row T3)")
           .check(whole_number_from(1, 100000))
           .type_name("n");
       command
           .add_option(
-              "--allocation-step", options->allocation_step,
+              "--allocation-step", options.allocation_step,
               "row X3: of the program's allocations every n-th fails, one at a time; 1: all")
           .check(whole_number_from(1, 1000000))
           .type_name("n");
@@ -129,7 +127,6 @@ const Command kFaults(
                  "  photocoag faults --row M4\n"
                  "  photocoag faults --healthy 10000\n"
                  "  photocoag faults --without-supervisor"));
-      command.callback([options, &exit_code] { exit_code = faults_command(*options); });
     });
 
 }  // namespace

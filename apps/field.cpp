@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
 
 #include "command.hpp"
 #include "configured.hpp"
@@ -16,7 +14,6 @@
 #include "photocoag/report/run_log.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "progress.hpp"
 
 namespace photocoag {
 namespace {
@@ -106,35 +103,32 @@ int field_command(const FieldOptions& options) {
 }
 
 const Command kField(
-    "field", "temperatures in all cells at chosen times as VTK files, for ParaView",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<FieldOptions>();
-      add_common(command, *options);
+    "field", "temperatures in all cells at chosen times as VTK files, for ParaView", field_command,
+    [](CommandLine& command, FieldOptions& options) {
+      add_common(command, options);
       command
-          .add_option("--model", options->model,
+          .add_option("--model", options.model,
                       "full, or reduced: the field of the reduced state, T = V x")
           .one_of({"full", "reduced"});
-      command.add_option("--power", options->power, "constant laser power, W")
+      command.add_option("--power", options.power, "constant laser power, W")
           .check(number_from(0.0, 1e6))
           .type_name("W");
-      command.add_option("--run", options->run, "or the powers of this run folder")
-          .type_name("DIR");
+      command.add_option("--run", options.run, "or the powers of this run folder").type_name("DIR");
       command
           .add_text(
               "--times",
-              [options](const std::string& text) {
-                options->times = number_list("--times", text, 0.0, kLongestTime);
+              [&options](const std::string& text) {
+                options.times = number_list("--times", text, 0.0, kLongestTime);
               },
               "times, s, by comma: whole multiples of control.period_ms")
           .required()
           .type_name("t1,t2,...");
-      command.add_option("--out", options->out, "folder, new or empty").required().type_name("DIR");
+      command.add_option("--out", options.out, "folder, new or empty").required().type_name("DIR");
       command.footer(
           footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"
                  "  photocoag field --model reduced --power 0.03 --times 0.1 --out reduced-fields\n"
                  "  photocoag field --run runs/first --times 0.005,0.25 --out runs/first-fields\n"
                  "The eye is that of [plant]. fields.pvd is the series of all times."));
-      command.callback([options, &exit_code] { exit_code = field_command(*options); });
     });
 
 }  // namespace

@@ -1,10 +1,8 @@
 // `photocoag information`: what limits a treatment of eyes that differ, as table, CSV and figure.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <memory>
 #include <optional>
 #include <string_view>
 
@@ -95,9 +93,7 @@ int information(const InformationOptions& options) {
   const Config config = configured(Use::kSimulate, options.config, options.set);
   std::optional<ClaimedFolder> claimed;  // before the work
   if (!options.out.empty()) claimed.emplace(options.out);
-  ModelStore models(config, !options.no_cache, [](std::string_view stage, double fraction) {
-    draw_progress("fitting", fraction, stage);
-  });
+  ModelStore models(config, !options.no_cache, progress_bar("fitting"));
   const Information all =
       information_of(config, models.reduced(), static_cast<std::size_t>(options.eyes));
   print("photocoag {}: {}\n", version(), kResearchNotice);
@@ -116,20 +112,18 @@ const Command kInformation(
     "information",
     "what limits a treatment of eyes that differ: how well the peak is known, and what knowing "
     "each quantity of [[prior]] would buy",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<InformationOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
-      command.add_option("--eyes", options->eyes, "treatments per row")
+    information, [](CommandLine& command, InformationOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
+      command.add_option("--eyes", options.eyes, "treatments per row")
           .check(whole_number_from(1, 100'000))
           .show_default();
-      command.add_option("--out", options->out, "folder for CSV and figure; may be left out")
+      command.add_option("--out", options.out, "folder for CSV and figure; may be left out")
           .type_name("DIR");
       command.footer(
           footer("  photocoag information --config configs/uncertain-eye.toml\n"
                  "  photocoag information --config configs/uncertain-eye.toml --eyes 1000 --out "
                  "runs/information"));
-      command.callback([options, &exit_code] { exit_code = information(*options); });
     });
 
 }  // namespace

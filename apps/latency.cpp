@@ -1,7 +1,6 @@
 // `photocoag latency`: how late a real-time thread wakes.
 #include <fmt/format.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -77,22 +76,20 @@ int latency_command(const LatencyOptions& options) {
 }
 
 const Command kLatency(
-    "latency", "how late this machine wakes a real-time thread, beside cyclictest",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<LatencyOptions>();
-      command.add_option("--seconds", options->seconds, "how long to measure")
+    "latency", "how late this machine wakes a real-time thread, beside cyclictest", latency_command,
+    [](CommandLine& command, LatencyOptions& options) {
+      command.add_option("--seconds", options.seconds, "how long to measure")
           .check(number_from(0.01, 1e6))
           .type_name("S");
-      command.add_option("--period-ms", options->period_ms, "from deadline to deadline")
+      command.add_option("--period-ms", options.period_ms, "from deadline to deadline")
           .check(number_from(0.05, 100.0))
           .type_name("T");
-      command.add_option("--json", options->json, "also write it; - is standard output alone")
+      command.add_option("--json", options.json, "also write it; - is standard output alone")
           .type_name("FILE");
       command.footer(
           footer("  photocoag latency --seconds 60\n"
                  "  photocoag latency --seconds 10 --period-ms 0.1\n"
                  "If cyclictest (Debian: rt-tests) is installed it runs at the same time."));
-      command.callback([options, &exit_code] { exit_code = latency_command(*options); });
     });
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <thread>
 
-#include "photocoag/mor/reduce.hpp"
+#include "photocoag/core/progress.hpp"
 
 namespace photocoag {
 

@@ -1,8 +1,6 @@
 // `photocoag reduce`: full-order model to reduced model file.
 #include "reduce.hpp"
 
-#include <fmt/format.h>
-
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -101,25 +99,24 @@ int reduce_command(const ReduceOptions& options) {
 
 const Command kReduce(
     "reduce", "make a reduced model file from [tissue], measure and prove its error",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ReduceOptions>();
-      add_common(command, *options);
+    reduce_command, [](CommandLine& command, ReduceOptions& options) {
+      add_common(command, options);
       command
           .add_option(
-              "--out", options->out,
+              "--out", options.out,
               "model file to write; - is standard output. With --compare: a folder for CSV and "
               "figure, or a .csv file; may be left out")
           .type_name("FILE");
       const CommandOption compare = command.add_flag(
-          "--compare", options->compare, "no model: the error of every method against the order");
-      add_json(command, options->json).excludes(compare);
+          "--compare", options.compare, "no model: the error of every method against the order");
+      add_json(command, options.json).excludes(compare);
       command
-          .add_option("--method", options->method,
+          .add_option("--method", options.method,
                       "same as --set model.method=M: pod-deim, balanced, balanced-two-sided, "
                       "irka, taylor")
           .check(given())
           .type_name("M");
-      command.add_option("--order", options->order, "same as --set model.order=n: states, 1 to 14")
+      command.add_option("--order", options.order, "same as --set model.order=n: states, 1 to 14")
           .check(given())
           .type_name("n");
       command.footer(
@@ -127,7 +124,6 @@ const Command kReduce(
                  "  photocoag reduce --set control.period_ms=4 --order 8 --out model-250hz.json\n"
                  "  photocoag reduce --compare --out comparison\n"
                  "  photocoag simulate --set model.file=model.json"));
-      command.callback([options, &exit_code] { exit_code = reduce_command(*options); });
     });
 
 }  // namespace

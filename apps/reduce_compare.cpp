@@ -16,7 +16,7 @@
 #include "photocoag/core/files.hpp"
 #include "photocoag/mor/compare.hpp"
 #include "photocoag/page/figure.hpp"
-#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 #include "progress.hpp"
 #include "reduce.hpp"
 
@@ -144,9 +144,8 @@ int compare_reductions(const ReduceOptions& options) {
   if (!options.out.empty() && !csv_only) claimed.emplace(options.out);
   const double period = config.control.period;
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
-  const Comparison comparison = compare_reductions(
-      full, period, config.model.discretization,
-      [](std::string_view stage, double fraction) { draw_progress("comparing", fraction, stage); });
+  const Comparison comparison =
+      compare_reductions(full, period, config.model.discretization, progress_bar("comparing"));
   clear_progress();
   print("photocoag {}: {}\n", version(), kResearchNotice);
   print("{} states, {:g} ms, alpha 0.30 to 1.70, constant and on/off power, 400 ms\n\n",

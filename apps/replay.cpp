@@ -1,12 +1,9 @@
 // `photocoag replay`: a recorded run again, power by power.
-#include <fmt/format.h>
 
-#include <memory>
-
+#include "photocoag/run/replay.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "options.hpp"
-#include "photocoag/run/replay.hpp"
 
 namespace photocoag {
 namespace {
@@ -27,16 +24,14 @@ int replay_command(const ReplayOptions& options) {
 }
 
 const Command kReplay(
-    "replay", "feed a recorded run to the controller again and compare every power",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ReplayOptions>();
-      command.add_option("RUN", options->run, "run folder").required().type_name("DIR");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced model anew");
+    "replay", "feed a recorded run to the controller again and compare every power", replay_command,
+    [](CommandLine& command, ReplayOptions& options) {
+      command.add_option("RUN", options.run, "run folder").required().type_name("DIR");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced model anew");
       command.footer(
           footer("  photocoag simulate --out runs/first\n"
                  "  photocoag replay runs/first\n"
                  "Same build, same machine: the same bits."));
-      command.callback([options, &exit_code] { exit_code = replay_command(*options); });
     });
 
 }  // namespace

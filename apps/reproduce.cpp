@@ -3,12 +3,10 @@
 
 #include <chrono>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
-#include "configured.hpp"
 #include "console.hpp"
 #include "options.hpp"
 #include "photocoag/core/build_info.hpp"
@@ -41,9 +39,7 @@ int reproduce_command(const ReproduceCommandOptions& options) {
       .quick = options.quick,
       .seeds = options.seeds,
       .use_cache = !options.no_cache};
-  const std::vector<StudyOutcome> outcomes = reproduce(
-      request,
-      [](std::string_view label, double fraction) { draw_progress("studies", fraction, label); });
+  const std::vector<StudyOutcome> outcomes = reproduce(request, progress_bar("studies"));
   clear_progress();
   std::size_t count[kClaimVerdicts] = {};
   bool as_expected = true;
@@ -69,29 +65,26 @@ int reproduce_command(const ReproduceCommandOptions& options) {
 const Command kReproduce(
     "reproduce",
     "every table and figure of the paper's results, with a verdict for each of its claims",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ReproduceCommandOptions>();
+    reproduce_command, [](CommandLine& command, ReproduceCommandOptions& options) {
       command
-          .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
           .type_name("DIR");
       command
-          .add_option("--studies", options->studies,
+          .add_option("--studies", options.studies,
                       "folder with plan.toml and the studies; default: the shipped ones")
           .type_name("DIR");
       command
-          .add_option("--seeds", options->seeds,
-                      "noise seeds per curve; default: as plan.toml says")
+          .add_option("--seeds", options.seeds, "noise seeds per curve; default: as plan.toml says")
           .check(whole_number_from(1, 1000))
           .type_name("N");
-      command.add_flag("--quick", options->quick,
+      command.add_flag("--quick", options.quick,
                        "without the sensitivities: for continuous integration");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(fmt::format(
           "Examples:\n  photocoag reproduce --out runs/paper\n  photocoag reproduce --quick\n"
           "Exit code: 0 good; 1 a verdict is not the one that the study's file expects; 2 bad "
           "input.\n{}",
           kResearchNotice));
-      command.callback([options, &exit_code] { exit_code = reproduce_command(*options); });
     });
 
 }  // namespace

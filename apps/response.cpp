@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <iterator>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -68,35 +67,33 @@ int response(const ResponseOptions& options) {
 const Command kResponse(
     "response",
     "temperatures after switching on a constant power, from the full or the reduced model",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<ResponseOptions>();
-      add_common(command, *options);
-      add_cache(command, *options);
-      command.add_option("--model", options->model, "full or reduced")
+    response, [](CommandLine& command, ResponseOptions& options) {
+      add_common(command, options);
+      add_cache(command, options);
+      command.add_option("--model", options.model, "full or reduced")
           .required()
           .one_of({"full", "reduced"});
-      command.add_option("--rom", options->rom, "reduced model file (with --model reduced)")
+      command.add_option("--rom", options.rom, "reduced model file (with --model reduced)")
           .type_name("FILE");
-      command.add_option("--power", options->power, "laser power, W")
+      command.add_option("--power", options.power, "laser power, W")
           .required()
           .check(number_from(0.0, 1e6))
           .type_name("W");
       command
           .add_text(
               "--times",
-              [options](const std::string& text) {
-                options->times = number_list("--times", text, 0.0, kLongestTime);
+              [&options](const std::string& text) {
+                options.times = number_list("--times", text, 0.0, kLongestTime);
               },
               "times after switching on, s, by comma, in any order")
           .required()
           .type_name("t1,t2,...");
-      command.add_option("--csv", options->csv, "output file; - is standard output")
+      command.add_option("--csv", options.csv, "output file; - is standard output")
           .type_name("FILE");
       command.footer(footer(
           "  photocoag response --model full --power 0.03 --times 0.001,0.01,0.1 --csv -\n"
           "  photocoag response --model reduced --rom model.json --power 1 --times 0.004 --csv -\n"
           "The eye is that of [plant]: its absorption_factor, tissue and discretization."));
-      command.callback([options, &exit_code] { exit_code = response(*options); });
     });
 
 }  // namespace

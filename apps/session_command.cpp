@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -122,28 +121,27 @@ int session_command(const SessionCommandOptions& options) {
 
 const Command kSession(
     "session", "many spots, one device, one folder: a list or grid, with limits for all of it",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<SessionCommandOptions>();
-      command.add_option("FILE", options->file, "session file (TOML; docs/sessions.md)").required();
+    session_command, [](CommandLine& command, SessionCommandOptions& options) {
+      command.add_option("FILE", options.file, "session file (TOML; docs/sessions.md)").required();
       command
-          .add_option("--out", options->out,
+          .add_option("--out", options.out,
                       "folder, new, empty, or that of the same session, which is continued")
           .type_name("DIR");
       command
-          .add_option("--repeat", options->repeat,
+          .add_option("--repeat", options.repeat,
                       "treat this spot again, whatever became of it; may be repeated")
           .type_name("SPOT")
           .one_value_each();
       command.add_flag(
-          "--ask", options->ask,
+          "--ask", options.ask,
           "ask on the terminal before and after every spot: treat, skip, accept, repeat");
       command
-          .add_option("--study", options->study,
+          .add_option("--study", options.study,
                       "no session: so many simulated ones, with and without session.learn")
           .check(whole_number_from(2, 100000))
           .type_name("N");
-      add_json(command, options->json).excludes("--study");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      add_json(command, options.json).excludes("--study");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(footer(
           "  photocoag session studies/sessions/grid.toml --out runs/grid\n"
           "  photocoag session studies/sessions/grid.toml --out runs/grid --repeat B2\n"
@@ -152,7 +150,6 @@ const Command kSession(
           "A session that was killed goes on with the same command. A spot that may have "
           "emitted is not repeated\nwithout --repeat. Ctrl-C puts the laser to 0 W and writes "
           "the whole folder."));
-      command.callback([&exit_code, options] { exit_code = session_command(*options); });
     });
 
 }  // namespace

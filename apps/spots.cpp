@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -117,8 +116,7 @@ int spots_command(const SpotsOptions& options) {
   nominal.control.robust = Robustness::kNone;
   Config robust = nominal;
   robust.control.robust = Robustness::kCertified;
-  ModelStore models(nominal, !options.no_cache,
-                    [](std::string_view stage, double f) { draw_progress("reducing", f, stage); });
+  ModelStore models(nominal, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   clear_progress();
   print("photocoag {}: {}\n", version(), kResearchNotice);
@@ -141,9 +139,7 @@ int spots_command(const SpotsOptions& options) {
     CornerAttack attack{.survey = options.survey, .count = options.count};
     if (options.this_eye) robust.uncertainty = {};
     return print_corners(attack, attack_corners(robust, model, options.range, limit, attack,
-                                                [](std::string_view stage, double f) {
-                                                  draw_progress("robust", f, stage);
-                                                }));
+                                                progress_bar("robust")));
   }
   print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K", "to 95 % ms",
         "held K", "RMS error K", "alpha %");
@@ -155,9 +151,8 @@ int spots_command(const SpotsOptions& options) {
       "rms_error_K,absorption_error\n";
   for (const auto& [name, config] : {std::pair<std::string, const Config*>("nominal", &nominal),
                                      std::pair<std::string, const Config*>("robust", &robust)}) {
-    const auto spots = treat_spots(
-        *config, model, options.range, limit, options.count,
-        [&label = name](std::string_view stage, double f) { draw_progress(label, f, stage); });
+    const auto spots =
+        treat_spots(*config, model, options.range, limit, options.count, progress_bar(name));
     clear_progress();
     print_row(name, spots);
     csv += csv_rows(name, spots);
@@ -167,32 +162,30 @@ int spots_command(const SpotsOptions& options) {
 }
 
 const Command kSpots(
-    "spots", "treat many random spots with the nominal and the robust controller",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<SpotsOptions>();
-      add_common(command, *options);
-      command.add_option("--count", options->count, "spots; seeds 1 to count")
+    "spots", "treat many random spots with the nominal and the robust controller", spots_command,
+    [](CommandLine& command, SpotsOptions& options) {
+      add_common(command, options);
+      command.add_option("--count", options.count, "spots; seeds 1 to count")
           .check(whole_number_from(1, 1000000))
           .type_name("n");
-      command.add_option("--alpha-low", options->range.alpha_low, "smallest absorption factor")
+      command.add_option("--alpha-low", options.range.alpha_low, "smallest absorption factor")
           .check(number_from(0.05, 5.0))
           .type_name("a");
-      command.add_option("--alpha-high", options->range.alpha_high, "largest")
+      command.add_option("--alpha-high", options.range.alpha_high, "largest")
           .check(number_from(0.05, 5.0))
           .type_name("a");
-      command.add_option("--csv", options->csv, "one row per spot and controller")
-          .type_name("FILE");
+      command.add_option("--csv", options.csv, "one row per spot and controller").type_name("FILE");
       const CommandOption corners =
-          command.add_flag("--corners", options->corners,
+          command.add_flag("--corners", options.corners,
                            "the robust controller at every combination of the declared extremes; "
                            "the worst six are treated --count times; exit code 1 if one of them "
                            "exceeds the limit more than twice and in more than 1 of 750");
-      command.add_option("--survey", options->survey, "treatments of every corner")
+      command.add_option("--survey", options.survey, "treatments of every corner")
           .check(whole_number_from(2, 1000000))
           .type_name("n")
           .needs(corners);
       command
-          .add_flag("--this-eye", options->this_eye,
+          .add_flag("--this-eye", options.this_eye,
                     "the robust controller on the eye of [plant.tissue] alone, which the "
                     "controller is not told")
           .excludes(corners);
@@ -206,7 +199,6 @@ const Command kSpots(
           "  photocoag spots --this-eye --set uncertainty.spot_radius_relative=0.1 --set "
           "plant.tissue.spot_radius_um=90\n"
           "The quantities of [uncertainty] are random too, and the robust controller is told."));
-      command.callback([options, &exit_code] { exit_code = spots_command(*options); });
     });
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,12 +35,8 @@ int sweep_command(const SweepOptions& options) {
   configured(Use::kSimulate, options.config, options.set);  // says what has no effect
   const ClaimedFolder claimed = output_folder(options.out, "sweep");
   const fs::path& folder = claimed.path();
-  const std::vector<SweepPoint> points =
-      sweep(options.config, options.set, varied, options.seeds, !options.no_cache,
-            [](std::size_t done, std::size_t total) {
-              draw_progress("sweeping", static_cast<double>(done) / static_cast<double>(total),
-                            fmt::format("{} of {} runs", done, total));
-            });
+  const std::vector<SweepPoint> points = sweep(options.config, options.set, varied, options.seeds,
+                                               !options.no_cache, progress_bar("sweeping"));
   clear_progress();
   for (const Varied& one : varied) print("{:<{}}", one.key, one.key.size() + 2);
   for (const auto& [measure, statistic] : sweep_columns())
@@ -63,28 +58,26 @@ int sweep_command(const SweepOptions& options) {
 }
 
 const Command kSweep(
-    "sweep", "simulate every combination of some values: table, CSV, overlay plot",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<SweepOptions>();
-      add_common(command, *options);
+    "sweep", "simulate every combination of some values: table, CSV, overlay plot", sweep_command,
+    [](CommandLine& command, SweepOptions& options) {
+      add_common(command, options);
       command
-          .add_option("--vary", options->vary,
+          .add_option("--vary", options.vary,
                       "a key and its values; may be repeated: every combination is run")
           .required()
           .type_name("KEY=V1,V2,...")
           .one_value_each();
-      command.add_option("--seeds", options->seeds, "noise seeds per combination, from run.seed on")
+      command.add_option("--seeds", options.seeds, "noise seeds per combination, from run.seed on")
           .check(whole_number_from(1, 1000))
           .type_name("N");
       command
-          .add_option("--out", options->out, "folder, new or empty; default: a new one below runs/")
+          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
           .type_name("DIR");
-      command.add_flag("--no-cache", options->no_cache, "make the reduced models anew");
+      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(footer(
           "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"
           "    --vary control.power_weight=0,5e1,5e4 --seeds 5\n"
           "Over the seeds: the largest peak, error and power, the median time."));
-      command.callback([options, &exit_code] { exit_code = sweep_command(*options); });
     });
 
 }  // namespace

@@ -2,12 +2,9 @@
 // time.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <atomic>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -216,17 +213,16 @@ void add_run(CommandLine& command, RunOptions& options) {
 
 const Command kTreat(
     "treat", "treat a simulated eye in real time (the main job); writes a run folder with a report",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<RunOptions>();
-      add_run(command, *options);
+    treat, [](CommandLine& command, RunOptions& options) {
+      add_run(command, options);
       command
-          .add_option("--device", options->device,
+          .add_option("--device", options.device,
                       "eye: a simulated eye in a process of its own, started for this treatment; "
                       "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
                       "driver:LIBRARY[,SETTINGS]: a vendor's driver")
           .type_name("DEVICE");
       command
-          .add_option("--fault", options->faults,
+          .add_option("--fault", options.faults,
                       "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")
           .type_name("FAULT")
           .one_value_each();
@@ -236,21 +232,18 @@ const Command kTreat(
                  "  photocoag treat --device eye --fault M2@120\n"
                  "  photocoag treat --config configs/paper-250hz-a.toml --seed 7 --out runs/first\n"
                  "Ctrl-C puts the laser to 0 W and still writes the run folder."));
-      command.callback([options, &exit_code] { exit_code = treat(*options); });
     });
 
 const Command kSimulate(
     "simulate",
-    "the same treatment in virtual time, as fast as it can; same bytes for the same seed",
-    [](CommandLine& command, int& exit_code) {
-      const auto options = std::make_shared<RunOptions>();
-      add_run(command, *options);
+    "the same treatment in virtual time, as fast as it can; same bytes for the same seed", simulate,
+    [](CommandLine& command, RunOptions& options) {
+      add_run(command, options);
       command.footer(footer(
           "  photocoag simulate --config configs/paper-1khz.toml --set "
           "plant.absorption_factor=0.5\n"
           "  photocoag simulate --set plant.tissue.spot_radius_um=90 --out runs/smaller-spot\n"
           "  photocoag simulate --config runs/first/config.toml      (repeats a run)"));
-      command.callback([options, &exit_code] { exit_code = simulate(*options); });
     });
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include "photocoag/page/figure.hpp"
 #include "photocoag/population/unknowns_study.hpp"
 #include "photocoag/run/run_folder.hpp"
-#include "progress.hpp"
 
 namespace photocoag {
 namespace {

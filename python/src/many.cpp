@@ -7,12 +7,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
-#include <utility>
 #include <vector>
 
 #include "arrays.hpp"
@@ -22,6 +19,7 @@
 #include "photocoag/campaign/spot.hpp"
 #include "photocoag/campaign/spot_rows.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/parallel.hpp"
 #include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/study/reproduce.hpp"
 #include "run.hpp"
@@ -29,36 +27,25 @@
 namespace photocoag::python {
 namespace {
 
-// Calls job(i, worker) for i below `count` on `threads` threads until `stop`; the first exception
-// ends all and is rethrown.
+// Calls a worker's job(i) for each i below `count` on `threads` threads until `stop`; the first
+// exception ends all and is rethrown.
 void on_all(std::size_t count, unsigned threads, std::atomic<bool>& stop,
             std::atomic<std::size_t>& done,
             const std::function<std::function<void(std::size_t)>()>& make_worker) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto work = [&] {
-    try {
-      const std::function<void(std::size_t)> job = make_worker();
-      for (std::size_t i = next++; i < count && !stop.load(); i = next++) {
+  const auto most = static_cast<unsigned>(std::min<std::size_t>(thread_count(threads), count));
+  Workers<std::size_t, std::size_t> workers(most, [&make_worker, &stop] {
+    return [job = make_worker(), &stop](std::size_t i) {
+      try {
         job(i);
-        ++done;
+      } catch (...) {
+        stop = true;
+        throw;
       }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-      stop = true;
-    }
-  };
-  std::vector<std::thread> pool;
-  for (unsigned i = 1; i < std::min<std::size_t>(threads, count); ++i) pool.emplace_back(work);
-  work();
-  for (std::thread& thread : pool) thread.join();
-  if (failure) std::rethrow_exception(failure);
-}
-
-unsigned threads_of(unsigned asked) {
-  return asked > 0 ? asked : std::max(1U, std::thread::hardware_concurrency());
+      return i;
+    };
+  });
+  for (std::size_t i = 0; i < count; ++i) workers.add(i);
+  while (done < count && !stop.load()) done += workers.wait().size();
 }
 
 std::function<void()> watch_of(nb::handle progress, const std::atomic<std::size_t>& done,
@@ -75,7 +62,7 @@ nb::list simulate_all(const std::vector<OwnedConfig>& configs, unsigned threads,
   std::atomic<std::size_t> done{0};
   interruptible(
       [&](std::atomic<bool>& stop) {
-        on_all(configs.size(), threads_of(threads), stop, done, [&] {
+        on_all(configs.size(), threads, stop, done, [&] {
           return [&](std::size_t i) {
             const Config& config = configs[i].config();
             runs[i] = std::make_shared<OwnedRun>(
@@ -99,7 +86,7 @@ nb::list simulate_seeds(const OwnedConfig& owned, const std::vector<std::uint64_
   interruptible(
       [&](std::atomic<bool>& stop) {
         const auto models = models_without_gil(owned.config(), use_cache, true);
-        on_all(seeds.size(), threads_of(threads), stop, done, [&] {
+        on_all(seeds.size(), threads, stop, done, [&] {
           return [&](std::size_t i) {
             Config config = owned.config();
             config.run.seed = seeds[i];
@@ -133,7 +120,7 @@ nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb
   interruptible(
       [&](std::atomic<bool>& stop) {
         const SpotModels models = make_spot_models(description, use_cache);
-        on_all(spots.size(), threads_of(threads), stop, done, [&] {
+        on_all(spots.size(), threads, stop, done, [&] {
           const auto runner = std::make_shared<SpotRunner>(description, models);
           return [&spots, runner](std::size_t i) { spots[i] = runner->run(i); };
         });

@@ -2,15 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 #include <chrono>
-#include <condition_variable>
 #include <ctime>
-#include <deque>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -19,7 +14,8 @@
 #include "photocoag/campaign/results_file.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/run/run_folder.hpp"
+#include "photocoag/core/parallel.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 
 namespace photocoag {
 namespace {
@@ -31,83 +27,7 @@ constexpr std::size_t kBatchPerThread = 8;             // spots that a rank asks
 constexpr auto kNap = std::chrono::microseconds(500);  // of the main thread, between looks
 
 // The threads of one rank: numbers of spots in, records out.
-class Pool {
- public:
-  Pool(const Campaign& campaign, const SpotModels& models, unsigned threads) {
-    for (unsigned i = 0; i < threads; ++i) {
-      threads_.emplace_back([this, &campaign, &models] { work(campaign, models); });
-    }
-  }
-  ~Pool() {
-    {
-      const std::lock_guard lock(mutex_);
-      waiting_.clear();
-      ended_ = true;
-    }
-    wake_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-  Pool(const Pool&) = delete;
-  Pool& operator=(const Pool&) = delete;
-
-  void add(std::uint64_t spot) {
-    {
-      const std::lock_guard lock(mutex_);
-      waiting_.push_back(spot);
-    }
-    wake_.notify_one();
-  }
-  /// Forgets what no thread has begun.
-  void clear() {
-    const std::lock_guard lock(mutex_);
-    waiting_.clear();
-  }
-  std::size_t waiting() {
-    const std::lock_guard lock(mutex_);
-    return waiting_.size();
-  }
-  bool idle() {
-    const std::lock_guard lock(mutex_);
-    return waiting_.empty() && busy_ == 0 && finished_.empty();
-  }
-  std::vector<SpotRecord> take() {
-    const std::lock_guard lock(mutex_);
-    if (failure_) std::rethrow_exception(failure_);
-    return std::exchange(finished_, {});
-  }
-
- private:
-  void work(const Campaign& campaign, const SpotModels& models) {
-    SpotRunner runner(campaign, models);
-    std::unique_lock lock(mutex_);
-    while (true) {
-      wake_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
-      if (ended_) return;
-      const std::uint64_t spot = waiting_.front();
-      waiting_.pop_front();
-      ++busy_;
-      lock.unlock();
-      try {
-        SpotRecord record = runner.run(spot);
-        lock.lock();
-        finished_.push_back(std::move(record));
-      } catch (...) {
-        if (!lock.owns_lock()) lock.lock();
-        if (!failure_) failure_ = std::current_exception();
-      }
-      --busy_;
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<std::uint64_t> waiting_;
-  std::vector<SpotRecord> finished_;
-  std::size_t busy_ = 0;
-  bool ended_ = false;
-  std::exception_ptr failure_;
-  std::vector<std::thread> threads_;
-};
+using Pool = Workers<std::uint64_t, SpotRecord>;
 
 // Numbers of spots that are still to do; rank 0 hands them out.
 class Ledger {
@@ -280,9 +200,12 @@ CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& opt
   std::unique_ptr<Journal> journal;
   if (ranks.rank() == 0) journal = prepare_folder(options.out, campaign);
   const SpotModels models = make_spot_models(campaign, options.use_cache);
-  const unsigned threads =
-      options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
-  Pool pool(campaign, models, threads);
+  const unsigned threads = thread_count(options.threads);
+  Pool pool(threads, [&campaign, &models] {
+    return [runner = std::make_unique<SpotRunner>(campaign, models)](std::uint64_t spot) {
+      return runner->run(spot);
+    };
+  });
   CampaignResult result;
   result.full_order_states =
       models.standing ? models.standing->states() : models.controller.full_order_states;

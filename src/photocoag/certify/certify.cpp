@@ -46,8 +46,7 @@ std::vector<Range*> ranges_of(CertifiedBox& box, int inputs, bool choroid, bool 
 class Certifier {
  public:
   Certifier(const ReducedModel& model, const ControlSettings& settings, CertifiedBox box,
-            const CertifyOptions& options, const std::atomic<bool>& stop,
-            const CertifyProgress& progress)
+            const CertifyOptions& options, const std::atomic<bool>& stop, const Progress& progress)
       : model_(model),
         settings_(settings),
         box_(std::move(box)),
@@ -268,7 +267,7 @@ class Certifier {
   CertifiedBox box_;
   const CertifyOptions& options_;
   const std::atomic<bool>& stop_;
-  const CertifyProgress& progress_;
+  const Progress& progress_;
   int inputs_;
   std::vector<long long> cycles_{3};
   Certificate result_;
@@ -300,7 +299,7 @@ bool Certificate::covers_rounding() const noexcept { return rounding <= kUndecid
 
 Certificate certify(const ReducedModel& model, const ControlSettings& settings,
                     const CertifiedBox& box, const CertifyOptions& options,
-                    const std::atomic<bool>& stop, const CertifyProgress& progress) {
+                    const std::atomic<bool>& stop, const Progress& progress) {
   require_certifiable(model, settings);
   box.validate();
   return Certifier(model, settings, box, options, stop, progress).run();

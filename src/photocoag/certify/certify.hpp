@@ -6,11 +6,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
-#include <string_view>
 
 #include "photocoag/certify/parameter_box.hpp"
+#include "photocoag/core/progress.hpp"
 
 namespace photocoag {
 
@@ -43,13 +42,10 @@ struct Certificate {
 std::string claim_text(const ControlSettings& settings, const CertifiedBox& box,
                        const CertifyOptions& options);
 
-/// Of the box that is done, 0 to 1, with the stage.
-using CertifyProgress = std::function<void(std::string_view stage, double fraction)>;
-
 /// Deterministic, unless stopped. Throws Error if the settings cannot be certified
 /// (require_certifiable) or the box is bad.
 Certificate certify(const ReducedModel& model, const ControlSettings& settings,
                     const CertifiedBox& box, const CertifyOptions& options,
-                    const std::atomic<bool>& stop, const CertifyProgress& progress = {});
+                    const std::atomic<bool>& stop, const Progress& progress = {});
 
 }  // namespace photocoag

@@ -4,21 +4,17 @@
 // does not give its own). Units: SI.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "photocoag/core/discretization.hpp"
+#include "photocoag/core/progress.hpp"
 #include "photocoag/fom/full_order_model.hpp"
 #include "photocoag/mor/impulse_space.hpp"
 #include "photocoag/mor/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
 
 namespace photocoag {
-
-/// Progress callback: stage and fraction, 0 to 1. May be empty.
-using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 inline constexpr int kCheckedChoroids = 7;  ///< values of beta at which the error is measured
 

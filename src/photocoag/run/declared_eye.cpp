@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 #include "photocoag/core/random.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
+#include "photocoag/loop/simulated_eye.hpp"
 
 namespace photocoag {
 namespace {
@@ -19,23 +19,27 @@ struct Response {
   Eigen::VectorXd volume;
 };
 
-void treat_once(Controller controller, const Response& response, int delay, ZeroPowerSample dark,
-                Eigen::Ref<const Eigen::VectorXd> noise, Eigen::Ref<Eigen::VectorXd> peaks) {
-  Eigen::VectorXd emitted = Eigen::VectorXd::Zero(peaks.size());
-  double pending = 0.0;
-  for (Eigen::Index n = 0; n < peaks.size(); ++n) {
-    const double decided = controller.decide().power;
-    emitted[n] = delay == 1 ? pending : decided;
-    pending = decided;
-    const auto powers = emitted.head(n + 1);
-    peaks[n] = response.peak.tail(n + 1).dot(powers);
-    double sample = response.volume.tail(n + 1).dot(powers) + noise[n];
-    if (dark == ZeroPowerSample::kMissing && emitted[n] == 0.0) {
-      sample = std::numeric_limits<double>::quiet_NaN();
-    }
-    controller.observe({.volume_temperature = sample, .applied_power = emitted[n]});
+// The eye that answers like this, with noise of its own. A Plant (loop/plant.hpp).
+class RespondingEye {
+ public:
+  RespondingEye(const Response& response, Eigen::Ref<const Eigen::VectorXd> noise)
+      : response_(response), noise_(noise), powers_(noise.size()) {}
+  void step(double power) noexcept {
+    powers_[done_++] = power;
+    const auto powers = powers_.head(done_);
+    outputs_ = {.volume = response_.volume.tail(done_).dot(powers),
+                .peak = response_.peak.tail(done_).dot(powers)};
   }
-}
+  Outputs outputs() const noexcept { return outputs_; }
+  double sample() const noexcept { return outputs_.volume + noise_[done_ - 1]; }
+
+ private:
+  const Response& response_;
+  Eigen::Ref<const Eigen::VectorXd> noise_;
+  Eigen::VectorXd powers_;
+  Eigen::Index done_ = 0;
+  Outputs outputs_;
+};
 
 }  // namespace
 
@@ -156,10 +160,18 @@ Eigen::MatrixXd DeclaredEye::treat(const Config& config, const ReducedModel& mod
     }
   }
   const Controller cold(model, config.control, config.estimator);
+  const bool silent = config_.plant.zero_power_sample == ZeroPowerSample::kMissing;
   Eigen::MatrixXd peaks(periods, noise.cols());
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
-    treat_once(cold, response, config.control.delay, config_.plant.zero_power_sample, noise.col(i),
-               peaks.col(i));
+    Controller controller = cold;
+    SimulatedEye eye(RespondingEye(response, noise.col(i)), 0.0, 0,
+                     {.delay = config.control.delay, .dark_is_silent = silent});
+    for (Eigen::Index n = 0; n < periods; ++n) {
+      eye.write(controller.decide().power);
+      const Reading reading = eye.advance(static_cast<std::uint64_t>(n));
+      peaks(n, i) = reading.truth.peak;
+      controller.observe(reading.sample);
+    }
   }
   return peaks;
 }

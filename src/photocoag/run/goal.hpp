@@ -17,7 +17,7 @@ class GoalWatch {
       : goal_(config.run.goal),
         period_(config.control.period),
         hold_(config.run.hold),
-        hold_peak_(kHeld * config.control.peak_reference),
+        peak_reference_(config.control.peak_reference),
         wanted_dose_(config.run.dose),
         ambient_(config.tissue.ambient_celsius),
         celsius_(ambient_) {}
@@ -27,7 +27,7 @@ class GoalWatch {
     const double next = ambient_ + peak;
     dose_ += damage_over(kPublishedDamage[0], celsius_, next, period_);
     celsius_ = next;
-    if (peak >= hold_peak_) held_ += period_;
+    if (photocoag::reached(peak, peak_reference_)) held_ += period_;
   }
   bool reached() const noexcept {
     // Half a period of slack for what is a sum of periods.
@@ -39,11 +39,10 @@ class GoalWatch {
   double dose() const noexcept { return dose_; }
 
  private:
-  static constexpr double kHeld = 0.95;  // of the reference
   Goal goal_ = Goal::kDuration;
   double period_ = 0.0;
   double hold_ = 0.0;
-  double hold_peak_ = 0.0;
+  double peak_reference_ = 0.0;
   double wanted_dose_ = 0.0;
   double ambient_ = 0.0;
   double celsius_ = 0.0;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "photocoag/core/error.hpp"
@@ -262,7 +261,7 @@ Repetitions judge_repetitions(const Explanation& study, const std::vector<RunRes
 }
 
 ExplainOutcome explain(const Explanation& study, bool quick, bool use_cache,
-                       const ExplainProgress& progress) {
+                       const Progress& progress) {
   ModelPool pool(use_cache);
   ExplainOutcome outcome;
   outcome.study = study;

@@ -7,9 +7,7 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "photocoag/study/run_set.hpp"
@@ -142,13 +140,10 @@ struct ExplainOutcome {
   std::vector<Remedy> remedies;         ///< on the bench of confirmed.front()
 };
 
-/// Called with what is being done and a fraction of it.
-using ExplainProgress = std::function<void(std::string_view stage, double fraction)>;
-
 /// Runs the search, confirms, finds lags, tries the remedies. `quick`: few repetitions, no
 /// sensitivity. Throws Error.
 ExplainOutcome explain(const Explanation& study, bool quick, bool use_cache,
-                       const ExplainProgress& progress = {});
+                       const Progress& progress = {});
 
 /// Runs `set` on top of the study's, seeds from `first_seed` on, and judges the repetitions.
 ConfirmedSet confirm(const Explanation& study, const LabelledSet& set, int seeds, ModelPool& pool);

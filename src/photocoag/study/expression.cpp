@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/percentile.hpp"
 #include "photocoag/core/random.hpp"
 
 namespace photocoag {
@@ -180,12 +181,8 @@ PredicateResult evaluate_predicate(const std::string& text, const MeasureSource&
   }
   result.support = static_cast<double>(holds) / resamples;
   for (std::size_t t = 0; t < drawn.size(); ++t) {
-    std::sort(drawn[t].begin(), drawn[t].end());
-    const auto at = [&](double share) {
-      return drawn[t][static_cast<std::size_t>(share * (resamples - 1))];
-    };
-    result.terms[t].low = at(0.025);
-    result.terms[t].high = at(0.975);
+    result.terms[t].low = percentile(drawn[t], 0.025);
+    result.terms[t].high = percentile(drawn[t], 0.975);
   }
   return result;
 }

@@ -10,7 +10,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
-#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/study/timing.hpp"
 
 namespace photocoag {
@@ -74,7 +74,7 @@ JudgedClaim judge_claim(const Study& study, const Claim& claim,
 }
 
 StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra, int seeds,
-                       ModelPool& pool, const RunProgress& progress) {
+                       ModelPool& pool, const Progress& progress) {
   StudyOutcome outcome{
       .study = study, .seeds = seeds, .results = {}, .claims = {}, .variations = {}};
   if (study.kind == StudyKind::kComputationTimes) {
@@ -98,9 +98,7 @@ StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra
   return outcome;
 }
 
-std::vector<StudyOutcome> reproduce(
-    const ReproduceOptions& options,
-    const std::function<void(std::string_view label, double fraction)>& progress) {
+std::vector<StudyOutcome> reproduce(const ReproduceOptions& options, const Progress& progress) {
   check_run_folder(options.out);
   const Plan plan = load_plan(options.studies / "plan.toml");
   std::vector<Study> studies;
@@ -120,8 +118,8 @@ std::vector<StudyOutcome> reproduce(
     tell(study.id, 0.0);
     const bool loops = study.kind == StudyKind::kClosedLoop;
     const int seeds = loops && options.seeds > 0 ? options.seeds : plan.seeds;
-    outcomes.push_back(run_study(study, {}, seeds, pool, [&](std::size_t done, std::size_t total) {
-      tell(study.id, static_cast<double>(done) / static_cast<double>(total));
+    outcomes.push_back(run_study(study, {}, seeds, pool, [&](std::string_view, double fraction) {
+      tell(study.id, fraction);
     }));
     for (JudgedClaim& claim : outcomes.back().claims) claim.other_seeds = seeds != plan.seeds;
     step += 1.0;
@@ -133,9 +131,7 @@ std::vector<StudyOutcome> reproduce(
       const std::string label = study.id + ", " + variation.id;
       const StudyOutcome varied =
           run_study(study, variation.set, plan.variation_seeds, pool,
-                    [&](std::size_t done, std::size_t total) {
-                      tell(label, static_cast<double>(done) / static_cast<double>(total));
-                    });
+                    [&](std::string_view, double fraction) { tell(label, fraction); });
       VariedStudy& row = outcomes.back().variations.emplace_back();
       row.variation = variation;
       for (const JudgedClaim& claim : varied.claims) row.verdicts.push_back(claim.verdict);

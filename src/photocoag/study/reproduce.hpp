@@ -5,7 +5,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,7 +57,7 @@ JudgedClaim judge_claim(const Study& study, const Claim& claim,
 
 /// Runs a study over `seeds` and judges its claims. `extra`: overrides applied last.
 StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra, int seeds,
-                       ModelPool& pool, const RunProgress& progress = {});
+                       ModelPool& pool, const Progress& progress = {});
 
 struct ReproduceOptions {
   std::filesystem::path studies;  ///< folder with plan.toml and the studies
@@ -70,9 +69,7 @@ struct ReproduceOptions {
 
 /// Runs everything and writes index.html, claims.json, and an SVG and a CSV per figure. Called with
 /// a label and a fraction. Throws Error.
-std::vector<StudyOutcome> reproduce(
-    const ReproduceOptions& options,
-    const std::function<void(std::string_view label, double fraction)>& progress = {});
+std::vector<StudyOutcome> reproduce(const ReproduceOptions& options, const Progress& progress = {});
 
 /// One file of a reproduction, beside index.html.
 struct StudyFile {

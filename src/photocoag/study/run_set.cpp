@@ -62,7 +62,7 @@ Trajectory run_once(const Config& config, const EyeModels& models, std::uint64_t
 }
 
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
-                               const RunProgress& progress) {
+                               const Progress& progress) {
   std::vector<RunResult> results(jobs.size());
   std::vector<std::vector<std::map<std::string, double>>> measured(jobs.size());
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -88,7 +88,9 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
         results[job].trajectories[seed] = std::move(loop);
       },
       [&](std::size_t done) {
-        if (progress) progress(done, total);
+        if (!progress) return;
+        progress(fmt::format("{} of {} runs", done, total),
+                 static_cast<double>(done) / static_cast<double>(total));
       });
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     for (const auto& one : measured[i]) {

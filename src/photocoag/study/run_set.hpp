@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "photocoag/config/config.hpp"
+#include "photocoag/core/progress.hpp"
 #include "photocoag/population/eye_models.hpp"
 #include "photocoag/study/expression.hpp"
 
@@ -55,12 +55,10 @@ class ModelPool {
   std::map<std::string, std::shared_ptr<Slot>> slots_;
 };
 
-/// Called with the number of loops that are done, on the thread that called.
-using RunProgress = std::function<void(std::size_t done, std::size_t total)>;
-
-/// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job.
+/// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job. `progress`:
+/// on the thread that called.
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
-                               const RunProgress& progress = {});
+                               const Progress& progress = {});
 
 /// One closed loop in virtual time.
 Trajectory run_once(const Config& config, const EyeModels& models, std::uint64_t seed);

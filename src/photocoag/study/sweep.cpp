@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/page/page.hpp"
-#include "photocoag/run/run_folder.hpp"
+#include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/study/overlay.hpp"
 
 namespace photocoag {
@@ -70,7 +68,7 @@ Varied parse_varied(const std::string& option) {
 
 std::vector<SweepPoint> sweep(const std::string& config, const std::vector<std::string>& set,
                               const std::vector<Varied>& varied, int seeds, bool use_cache,
-                              const RunProgress& progress) {
+                              const Progress& progress) {
   std::size_t total = 1;
   for (const Varied& one : varied) total *= one.values.size();
   if (total > kMostCombinations) {

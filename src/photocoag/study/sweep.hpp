@@ -29,7 +29,7 @@ struct SweepPoint {
 /// configuration is checked before the first runs. Throws Error.
 std::vector<SweepPoint> sweep(const std::string& config, const std::vector<std::string>& set,
                               const std::vector<Varied>& varied, int seeds, bool use_cache,
-                              const RunProgress& progress = {});
+                              const Progress& progress = {});
 
 /// The columns of the table, as (measure, statistic over the seeds).
 const std::vector<std::pair<std::string, std::string>>& sweep_columns();
