@@ -16,8 +16,6 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kMostBytes = 500'000'000;  // of a file of a run folder
-
 constexpr double kZoomMs = 20.0;      // the heating phase
 constexpr double kZoomFromMs = 40.0;  // runs longer than this get a zoom
 
@@ -39,13 +37,10 @@ std::vector<FigureColumn> parts_of(const RunLog& log, const RunSummary& summary,
 
 void write_report(const std::filesystem::path& run_folder) {
   const auto name = [&run_folder](const char* file) { return (run_folder / file).string(); };
-  const auto content = [&](const char* file) { return read_file(name(file), kMostBytes); };
-  const RunConfig config = parse_run_config(content("config.toml"), name("config.toml"));
-  const RunLog log = parse_run_log(content("run.csv"), name("run.csv"));
-  const RunSummary summary = parse_run_summary(content("summary.json"), name("summary.json"));
+  const auto [config, log, summary] = read_run_files(run_folder);
   std::optional<Figure> field;
-  if (std::filesystem::exists(run_folder / "field.vtr"))
-    field = field_figure(from_vtr(content("field.vtr"), name("field.vtr")));
+  if (const std::string file = name("field.vtr"); std::filesystem::exists(file))
+    field = field_figure(from_vtr(read_file(file, kMostRunFileBytes), file));
 
   std::string folder = run_folder.lexically_normal().string();
   while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();

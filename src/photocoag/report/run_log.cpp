@@ -10,6 +10,7 @@
 
 #include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/files.hpp"
 
 namespace photocoag {
 namespace {
@@ -130,6 +131,16 @@ RunLog parse_run_log(std::string_view text, const std::string& where) {
       fail(place, "time_s", fmt::format("{}", log.time_s.back()), fmt::format("above {}", before));
   }
   return log;
+}
+
+RunFiles read_run_files(const std::filesystem::path& folder) {
+  const auto parsed = [&folder](auto parse, const char* file) {
+    const std::string name = (folder / file).string();
+    return parse(read_file(name, kMostRunFileBytes), name);
+  };
+  return {.config = parsed(parse_run_config, "config.toml"),
+          .log = parsed(parse_run_log, "run.csv"),
+          .summary = parsed(parse_run_summary, "summary.json")};
 }
 
 }  // namespace photocoag

@@ -95,4 +95,15 @@ RunLog parse_run_log(std::string_view text, const std::string& where);
 RunSummary parse_run_summary(std::string_view text, const std::string& where);
 RunConfig parse_run_config(std::string_view text, const std::string& where);
 
+inline constexpr std::size_t kMostRunFileBytes = 500'000'000;  ///< of a file of a run folder
+
+struct RunFiles {
+  RunConfig config;
+  RunLog log;
+  RunSummary summary;
+};
+
+/// The files of a run folder. Throws Error as the parsers, or if one cannot be read.
+RunFiles read_run_files(const std::filesystem::path& folder);
+
 }  // namespace photocoag

@@ -9,6 +9,8 @@
 
 namespace photocoag {
 
+struct ReducedModel;
+
 /// x+ = transition * x + input * (B u).
 struct DiscretePair {
   Eigen::MatrixXd transition;
@@ -19,5 +21,11 @@ struct DiscretePair {
 /// that a singular A is no special case. Implicit Euler: (I - hA)^-1 and h (I - hA)^-1. TR-BDF2:
 /// core/discretization.hpp. Allocates.
 DiscretePair discretize(const Eigen::MatrixXd& A, double period, Discretization how);
+
+/// The model with twice the states: the volume temperature is taken from the second half, which is
+/// what a period showed of the first: `before` times the state at its begin, and `power` (a column
+/// per term of B) times the period's power.
+ReducedModel with_shown_states(const ReducedModel& model, const Eigen::MatrixXd& before,
+                               const Eigen::MatrixXd& power);
 
 }  // namespace photocoag

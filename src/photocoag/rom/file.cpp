@@ -17,17 +17,6 @@ namespace {
 constexpr std::size_t kMaxBytes = 10'000'000;
 constexpr int kMaxDepth = 16;  // of nested lists and objects; a model has four
 
-template <typename Matrix>
-Json matrix_to_json(const Matrix& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 Json vector_to_json(const StateVector& vector) {
   return Json(std::vector<double>(vector.data(), vector.data() + vector.size()));
 }

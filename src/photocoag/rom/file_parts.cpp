@@ -48,6 +48,16 @@ std::string key_of(std::string_view prefix, std::string_view name) {
 
 }  // namespace
 
+Json matrix_to_json(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 Json absorbed_to_json(const AbsorbedFraction& a, std::size_t parameters) {
   Json json = {{"fixed_front", a.fixed_front},
                {"scaled_front", a.front[0]},

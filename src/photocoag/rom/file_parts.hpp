@@ -8,6 +8,9 @@
 
 namespace photocoag {
 
+/// Row by row.
+Json matrix_to_json(const Eigen::MatrixXd& matrix);
+
 /// `parameters`: how many, in the order of ScaledBy.
 Json absorbed_to_json(const AbsorbedFraction& absorbed, std::size_t parameters);
 AbsorbedFraction read_absorbed(const JsonReader& json, std::size_t parameters);

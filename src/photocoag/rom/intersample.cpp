@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 #include "photocoag/rom/discretize.hpp"
@@ -47,24 +45,7 @@ ReducedModel with_intersample(const ReducedModel& model, const IntersampleTiming
                            .accepted = "lags and averaging of at most 1 in sum"});
   }
   const WindowMean mean = window_mean(model, seen.window[0]);
-  const Eigen::Index terms = model.B_d.cols();
-  ReducedModel twice = model;
-  twice.A = StateMatrix::Zero(2 * n, 2 * n);
-  twice.A.topLeftCorner(n, n) = model.A;
-  twice.A.bottomRightCorner(n, n) = model.A;
-  twice.B = InputTerms::Zero(2 * n, terms);
-  twice.B.topRows(n) = model.B;
-  twice.A_d = StateMatrix::Zero(2 * n, 2 * n);
-  twice.A_d.topLeftCorner(n, n) = model.A_d;
-  twice.A_d.bottomLeftCorner(n, n) = mean.state;
-  twice.B_d = InputTerms::Zero(2 * n, terms);
-  twice.B_d.topRows(n) = model.B_d;
-  twice.B_d.bottomRows(n) = mean.input * Eigen::MatrixXd(model.B_d);
-  twice.C_volume = OutputTerms::Zero(model.C_volume.rows(), 2 * n);
-  twice.C_volume.rightCols(n) = model.C_volume;
-  twice.C_peak = StateVector::Zero(2 * n);
-  twice.C_peak.head(n) = model.C_peak;
-  return twice;
+  return with_shown_states(model, mean.state, mean.input * Eigen::MatrixXd(model.B_d));
 }
 
 ReducedModel told_of(const ReducedModel& model, const IntersampleTiming& timing) {

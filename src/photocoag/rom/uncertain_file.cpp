@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "photocoag/rom/file_parts.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -11,16 +13,6 @@ constexpr std::array kKinds = {QuantityKind::kAbsorptionFactor, QuantityKind::kL
                                QuantityKind::kLayerAbsorption,  QuantityKind::kSpotRadius,
                                QuantityKind::kConductivity,     QuantityKind::kTransmission,
                                QuantityKind::kCalibration};
-
-Json rows_to_json(const Eigen::MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
 
 Eigen::MatrixXd read_rows(const JsonReader& json, std::size_t rows, std::size_t columns) {
   const std::vector<JsonReader> list = json.list(kMaxOrder);
@@ -87,8 +79,8 @@ Json uncertain_to_json(const UncertainModel& model) {
       {"terms", std::move(terms)},
       {"peak_exponents", model.peak_exponents},
       {"volume_exponents", model.volume_exponents},
-      {"peak", rows_to_json(model.peak)},
-      {"volume", rows_to_json(model.volume)},
+      {"peak", matrix_to_json(model.peak)},
+      {"volume", matrix_to_json(model.volume)},
       {"error",
        {{"meaning", "of step responses of eyes that fill the box, relative to their last value"},
         {"peak_rms", model.peak_error_rms},

@@ -8,6 +8,7 @@
 
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/rom/discretize.hpp"
 #include "photocoag/rom/uncertain_model.hpp"
 
 namespace photocoag {
@@ -171,24 +172,9 @@ ReducedModel pulse_averaged_model(const ReducedModel& model, int pulses,
     before[i] = seen.before;
     power[i] = seen.power;
   }
-  ReducedModel twice = model;
-  const Eigen::Index terms = model.B_d.cols();
-  twice.A = StateMatrix::Zero(2 * n, 2 * n);
-  twice.A.topLeftCorner(n, n) = model.A;
-  twice.A.bottomRightCorner(n, n) = model.A;
-  twice.B = InputTerms::Zero(2 * n, terms);
-  twice.B.topRows(n) = model.B;
-  twice.A_d = StateMatrix::Zero(2 * n, 2 * n);
-  twice.A_d.topLeftCorner(n, n) = model.A_d;
-  twice.A_d.bottomLeftCorner(n, n) = right * before.asDiagonal() * left;
-  twice.B_d = InputTerms::Zero(2 * n, terms);
-  twice.B_d.topRows(n) = model.B_d;
-  twice.B_d.bottomRows(n) = right * power.asDiagonal() * left * Eigen::MatrixXd(model.B_d);
-  if (feed) twice.B_d.bottomRows(n) += terms_of(feed, model);
-  twice.C_volume = OutputTerms::Zero(model.C_volume.rows(), 2 * n);
-  twice.C_volume.rightCols(n) = model.C_volume;
-  twice.C_peak = StateVector::Zero(2 * n);
-  twice.C_peak.head(n) = model.C_peak;
+  Eigen::MatrixXd shown = right * power.asDiagonal() * left * Eigen::MatrixXd(model.B_d);
+  if (feed) shown += terms_of(feed, model);
+  ReducedModel twice = with_shown_states(model, right * before.asDiagonal() * left, shown);
   if (model.uncertain) twice.uncertain = pulse_averaged_model(*model.uncertain, pulses);
   return twice;
 }

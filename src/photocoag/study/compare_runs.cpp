@@ -16,13 +16,8 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kMostBytes = 500'000'000;  // of a file of a run folder
-
-struct Loaded {
+struct Loaded : RunFiles {
   std::string name;
-  RunLog log;
-  RunSummary summary;
-  RunConfig config;
   std::map<std::string, std::string> keys;  // full key -> text
 };
 
@@ -57,15 +52,10 @@ void flatten(const Value& value, const std::string& prefix,
 }
 
 Loaded load(const std::filesystem::path& folder) {
-  const auto file = [&folder](const char* name) { return (folder / name).string(); };
-  Loaded run;
+  Loaded run{read_run_files(folder), {}, {}};
   run.name = folder.lexically_normal().string();
   if (run.name.size() > 1 && run.name.ends_with('/')) run.name.pop_back();
-  run.config = parse_run_config(read_file(file("config.toml"), kMostBytes), file("config.toml"));
-  run.log = parse_run_log(read_file(file("run.csv"), kMostBytes), file("run.csv"));
-  run.summary =
-      parse_run_summary(read_file(file("summary.json"), kMostBytes), file("summary.json"));
-  flatten(read_toml_file(file("config.toml")), "", run.keys);
+  flatten(read_toml_file((folder / "config.toml").string()), "", run.keys);
   return run;
 }
 
