@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <utility>
 
-#include "photocoag/config/fields.hpp"
 #include "photocoag/config/source.hpp"
 #include "photocoag/config/usage.hpp"
 #include "photocoag/core/build_info.hpp"

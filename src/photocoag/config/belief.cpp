@@ -1,7 +1,6 @@
 #include "photocoag/config/belief.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include "photocoag/config/random_quantities.hpp"
 #include "photocoag/core/error.hpp"

@@ -1,7 +1,5 @@
 #include "photocoag/export/c_export.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <string_view>

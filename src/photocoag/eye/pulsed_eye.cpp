@@ -1,7 +1,5 @@
 #include "photocoag/eye/pulsed_eye.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "photocoag/core/random.hpp"

@@ -1,7 +1,6 @@
 #include "photocoag/fmu/parts.hpp"
 
 #include <bit>
-#include <cmath>
 #include <utility>
 
 #include "photocoag/core/error.hpp"

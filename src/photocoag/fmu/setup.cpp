@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <utility>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"

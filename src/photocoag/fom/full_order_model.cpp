@@ -1,7 +1,6 @@
 #include "photocoag/fom/full_order_model.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>

@@ -1,6 +1,5 @@
 #include "photocoag/fom/intersample_plant.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

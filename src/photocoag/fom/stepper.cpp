@@ -1,8 +1,5 @@
 #include "photocoag/fom/stepper.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/wide_vectors.hpp"
 #include "photocoag/fom/mode_gain.hpp"

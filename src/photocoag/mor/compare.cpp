@@ -1,7 +1,6 @@
 #include "photocoag/mor/compare.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "photocoag/core/error.hpp"

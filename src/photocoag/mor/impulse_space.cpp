@@ -1,6 +1,5 @@
 #include "photocoag/mor/impulse_space.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "photocoag/page/html.hpp"
 #include "photocoag/page/paths.hpp"

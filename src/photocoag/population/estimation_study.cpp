@@ -1,7 +1,6 @@
 #include "photocoag/population/estimation_study.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

@@ -1,6 +1,5 @@
 #include "photocoag/population/unknowns_study.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "photocoag/core/error.hpp"

@@ -16,8 +16,7 @@ struct RunView {
   double to_ms = 0.0;
 };
 
-/// Four or five figures with one panel each, over the same time axis: peak temperature, volume
-/// temperature, laser power, absorption factor, and the choroid's factor if it was estimated.
+/// Figures with one panel each, over the same time axis: temperatures, power, estimated factors.
 /// Precondition: the log is not empty.
 std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
                                 const RunConfig& config, const RunView& view);

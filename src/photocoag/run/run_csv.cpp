@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"

@@ -8,7 +8,6 @@
 #include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"

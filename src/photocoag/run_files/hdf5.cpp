@@ -1,5 +1,4 @@
 // A table as an HDF5 file: one dataset per column in a group, texts as attributes.
-#include <fmt/format.h>
 #include <hdf5.h>
 
 #include <algorithm>

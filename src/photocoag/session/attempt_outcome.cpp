@@ -1,7 +1,5 @@
 #include "photocoag/session/attempt_outcome.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

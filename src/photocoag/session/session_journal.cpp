@@ -1,7 +1,6 @@
 #include "photocoag/session/session_journal.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 

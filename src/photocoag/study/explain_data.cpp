@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "photocoag/core/build_info.hpp"
-#include "photocoag/run/run_folder.hpp"
 #include "photocoag/study/explain.hpp"
 
 namespace photocoag {

@@ -1,5 +1,4 @@
 // What is measured of a closed loop, and of two that are compared.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>

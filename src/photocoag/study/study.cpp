@@ -1,7 +1,5 @@
 #include "photocoag/study/study.hpp"
 
-#include <fmt/format.h>
-
 #include "photocoag/core/error.hpp"
 #include "photocoag/study/study_table.hpp"
 

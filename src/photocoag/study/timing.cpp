@@ -6,7 +6,6 @@
 #include <chrono>
 #include <limits>
 #include <numeric>
-#include <string_view>
 
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/loop/controller.hpp"
