@@ -120,6 +120,7 @@ power_lag_periods = 0.0
 power_readback = "emitted"
 power_gain = 1.0
 sample_gain = 1.0
+sample_offset_K = 0.0
 absorption_drift_per_s = 0.0
 zero_power_sample = "measured"
 discretization      = "zero-order-hold"

@@ -60,7 +60,7 @@ TEST(Usage, BenchKeysAreRefusedForAnEyeOfItsOwnProcess) {
   for (const char* option :
        {"plant.sample_averaging_periods=1", "plant.sample_lag_periods=0.5",
         "plant.power_lag_periods=0.5", "plant.power_readback=none", "plant.power_gain=1.1",
-        "plant.sample_gain=0.9", "plant.absorption_drift_per_s=0.1"}) {
+        "plant.sample_gain=0.9", "plant.sample_offset_K=1", "plant.absorption_drift_per_s=0.1"}) {
     const std::string key(option, std::string_view(option).find('='));
     for (const Use use : {Use::kTreatEye, Use::kEye}) {
       EXPECT_EQ(thrown_by([&] { unused_of(use, {option}); }).key, key);

@@ -76,6 +76,16 @@ TEST(Bench, GainsReachTheEyeAndTheSample) {
   EXPECT_NEAR(shown.records[5].measured, 0.9 * shown.records[5].truth.volume, 1e-12);
 }
 
+TEST(Bench, AnOffsetIsShownBesideTheTruth) {
+  const Treatment high = treat(
+      bench({"plant.sample_offset_K=2", "plant.sample_gain=0.9", "plant.noise_K=0"}), store());
+  EXPECT_NEAR(high.records[5].measured, 0.9 * high.records[5].truth.volume + 2.0, 1e-12);
+  // What looks too warm is held too cool, and the other way round.
+  const Treatment low = treat(bench({"plant.sample_offset_K=-2"}), store());
+  EXPECT_LT(high.records.back().truth.peak, 29.5);
+  EXPECT_GT(low.records.back().truth.peak, 30.5);
+}
+
 TEST(Bench, AReducedEyeDoesTheSame) {
   const std::vector<std::string> eye = {"plant.sample_averaging_periods=1",
                                         "plant.absorption_drift_per_s=0.5"};

@@ -49,6 +49,7 @@ struct BenchSettings {
   PowerReadback readback = PowerReadback::kEmitted;
   double power_gain = 1.0;        ///< emitted / commanded, 0.5 to 2
   double sample_gain = 1.0;       ///< shown / true volume temperature, 0.5 to 2
+  double sample_offset = 0.0;     ///< K, shown beside it; -50 to 50
   double absorption_drift = 0.0;  ///< 1/s, of alpha relative to its first value; -10 to 10
 
   /// Outputs between the ends of periods, or a source that changes.

@@ -98,6 +98,8 @@ std::vector<Field> plant_fields(PlantSettings& s) {
   table.number("power_gain", s.bench.power_gain, kOne, {0.5, 2}, "emitted / commanded power");
   table.number("sample_gain", s.bench.sample_gain, kOne, {0.5, 2},
                "shown / true volume temperature, the noise aside");
+  table.number("sample_offset_K", s.bench.sample_offset, kKelvin, {-50, 50},
+               "added to what is shown, all the time: a baseline that was wrong");
   table.number("absorption_drift_per_s", s.bench.absorption_drift, {"1/s"}, {-10, 10},
                "of the true alpha, relative to absorption_factor, linear in time; from 0.05 to 5");
   table.word("zero_power_sample", s.zero_power_sample, {"measured", "missing"},

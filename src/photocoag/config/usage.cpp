@@ -80,6 +80,7 @@ constexpr Rule kRules[] = {
     {"plant.power_readback", kBench},
     {"plant.power_gain", kBench},
     {"plant.sample_gain", kBench},
+    {"plant.sample_offset_K", kBench},
     {"plant.absorption_drift_per_s", kBench},
     {"plant.discretization", bits({Use::kSimulate, Use::kTreat}) | kMany | kShowing | kFmuEye},
     {"plant.tissue",

@@ -20,7 +20,7 @@ inline EyeSettings eye_settings(const Config& config, const PlantMismatch& misma
   return {.delay = mismatch.delay.value_or(config.control.delay),
           .dark_is_silent = config.plant.zero_power_sample == ZeroPowerSample::kMissing,
           .sensor_gain = bench.sample_gain * mismatch.sensor_gain,
-          .sensor_offset = mismatch.sensor_offset,
+          .sensor_offset = bench.sample_offset + mismatch.sensor_offset,
           .power_gain = bench.power_gain,
           .power_lag = bench.timing.power_lag,
           .readback = bench.readback == PowerReadback::kEmitted};
