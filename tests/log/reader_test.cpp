@@ -161,7 +161,7 @@ TEST(LogReader, OtherSchemasAreReadByName) {
   for (std::int64_t k = 100; k < 102; ++k) {
     LogRecord record = record_of(k);
     record.record = k;
-    record.end.safety.late_commands = 7;  // not in the file
+    record.end.innovation_sigma = 7.0;  // not in the file
     block += packed(record).substr(0, log_record_bytes() - 8);
   }
   seal_block(std::as_writable_bytes(std::span(block)));
@@ -170,7 +170,7 @@ TEST(LogReader, OtherSchemasAreReadByName) {
   ASSERT_EQ(content.records.size(), 2u);
   EXPECT_EQ(content.records[1].cycle, 101);
   EXPECT_EQ(content.records[1].power, record_of(101).power);
-  EXPECT_EQ(content.records[1].end.safety.late_commands, 0);
+  EXPECT_TRUE(std::isnan(content.records[1].end.innovation_sigma));
   ASSERT_EQ(content.remarks.size(), 1u);
 
   nlohmann::ordered_json newer = header_json(good);

@@ -64,6 +64,24 @@ struct StopSeen : TreatmentObserver {
   bool asked = false;
 };
 
+/// What an update made of its sample, as the log gets it.
+struct InnovationsSeen : TreatmentObserver {
+  using TreatmentObserver::TreatmentObserver;
+  void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
+    const bool updated = record.estimate.status == UpdateStatus::kUpdated;
+    without_sigma += updated == std::isfinite(end.innovation_sigma) ? 0 : 1;
+    if (updated) {
+      const double ratio = (record.measured - end.volume_predicted) / end.innovation_sigma;
+      squares += ratio * ratio;
+      ++updates;
+    }
+    TreatmentObserver::finished(record, end);
+  }
+  double squares = 0.0;
+  int updates = 0;
+  int without_sigma = 0;
+};
+
 struct LoopRun {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
@@ -173,6 +191,26 @@ TEST(RunLoop, RecordsAreCompleteAndRepeatBitForBit) {
     ASSERT_FALSE(r.overrun);
   }
   EXPECT_TRUE(same(one.records, run_virtual(250).records));
+}
+
+// Of a filter that is right the squares of innovation / sigma have the mean 1.
+TEST(RunLoop, TheInnovationsSigmaIsThatOfItsSample) {
+  constexpr std::size_t kCycles = 400;
+  std::vector<CycleRecord> records(kCycles);
+  EstimatorSettings right;
+  right.power_process_noise = 0.0;  // the eye is the model
+  Controller controller(model_1khz(), {}, right);
+  std::vector<double> late(kCycles, 0.0);
+  late[20] = 2.5;  // two periods without a sample
+  SimulatedEye<ReducedPlant, FakeClock> eye(ReducedPlant(model_1khz(), 1.1), 0.288, 1, {},
+                                            FakeClock(late));
+  InnovationsSeen observer(1e-3, 0, {});
+  Unsupervised none;
+  run_loop(controller, eye, none, 1e-3, std::span(records), observer);
+  EXPECT_EQ(observer.without_sigma, 0) << "NaN exactly where there was no update";
+  EXPECT_EQ(observer.updates, static_cast<int>(kCycles) - 2);
+  // Mean of n squares of standard normals: sqrt(2 / n) = 0.07 off; four of it.
+  EXPECT_NEAR(observer.squares / observer.updates, 1.0, 0.28);
 }
 
 TEST(RunLoop, MissedPeriodsAreSkippedRecordedAndKeepThePhase) {

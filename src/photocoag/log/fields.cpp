@@ -135,6 +135,7 @@ constexpr auto kFields = std::to_array<CycleField>({
     field<&LogRecord::end, &CycleEnd::volume_predicted>("volume_predicted_K", "K", kNo),
     field<&LogRecord::end, &CycleEnd::safety, &SafetyStatus::late_commands>("late_commands", "1",
                                                                             kNo),
+    field<&LogRecord::end, &CycleEnd::innovation_sigma>("innovation_sigma_K", "K", kNo),
 });
 
 }  // namespace

@@ -34,6 +34,8 @@ struct CycleEnd {
   Readback readback;
   double next_power = 0.0;  ///< W, written for the coming period; NaN: nothing
   double volume_predicted = std::numeric_limits<double>::quiet_NaN();  ///< K, before the update
+  /// K, standard deviation expected of measured - predicted; NaN: no update.
+  double innovation_sigma = std::numeric_limits<double>::quiet_NaN();
   SafetyStatus safety;
 };
 

@@ -231,6 +231,8 @@ LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
         .readback = readback,
         .next_power = kUnknown,
         .volume_predicted = predicted_volume(estimate, sample, innovation_of(controller)),
+        .innovation_sigma =
+            estimate.status == UpdateStatus::kUpdated ? innovation_of(controller).sigma : kUnknown,
         .safety = {}};
     const Next next = end.after(outcome.cycles, overrun, sample.stop_asked,
                                 [&] { return observer.goal_reached(record); });
