@@ -67,7 +67,8 @@ TEST_F(Pages, TheCursorReadsTheLogAndIsSharedByAllFiguresOverTime) {
                         run_.peak(6), 30.0 * run_.peak(6) / 30.25));
   const std::string boxes =
       text("[...document.querySelectorAll('.wide svg')].map(s => s.textContent).join('\\n')");
-  EXPECT_EQ(count_of(boxes, "time 7 ms"), 8U) << "four figures of the whole run, four of its start";
+  EXPECT_EQ(count_of(boxes, "time 7 ms"), 10U)
+      << "five figures of the whole run, five of its start";
   EXPECT_NE(boxes.find(fmt::format("measured {:.5g}", 0.8 * run_.peak(6) + 0.1 * std::sin(42.0))),
             std::string::npos)
       << boxes;
@@ -85,9 +86,9 @@ TEST_F(Pages, DraggingZoomsOnePartOfTheRunAndEscapeShowsAllOfIt) {
   const auto labels = js(ticks);
   drag(0.5, 0.75);  // 30 to 45 ms
   const auto zoomed = js(ticks);
-  for (std::size_t k = 0; k < 4; ++k) {
+  for (std::size_t k = 0; k < 5; ++k) {
     EXPECT_EQ(zoomed[2 * k / 2], zoomed[0]) << "the whole run's figures go together";
-    EXPECT_EQ(zoomed[4 + k], labels[4 + k]) << "its start stays";
+    EXPECT_EQ(zoomed[5 + k], labels[5 + k]) << "its start stays";
   }
   EXPECT_NE(zoomed[0], labels[0]);
   EXPECT_NE(zoomed[0].get<std::string>().find("40"), std::string::npos) << zoomed[0];

@@ -63,14 +63,14 @@ TEST(Report, DrawingsAreWellFormedAndDescribed) {
     expect_on(svg, "role=\"img\" aria-label=\"");
     ++drawings;
   }
-  EXPECT_EQ(drawings, 16U);  // four panels, whole run and zoom, wide and narrow
+  EXPECT_EQ(drawings, 20U);  // five panels, whole run and zoom, wide and narrow
 }
 
 TEST(Report, NoZoomForAShortRun) {
   RunFolder run;
   run.cycles = 40;
   const std::string page = page_of(run);
-  EXPECT_EQ(count_of(page, "<svg"), 8U);
+  EXPECT_EQ(count_of(page, "<svg"), 10U);
   expect_not_on(page, "First 20 ms");
 }
 
@@ -152,7 +152,7 @@ TEST(Report, HistogramsAreDrawnBesideTheTiming) {
       "\"overflow\": 0, \"without\": 0}, \"write_us\": {\"bins\": [], \"below_0\": 0, "
       "\"overflow\": 0, \"without\": 60}}";
   const std::string page = page_of(run);
-  EXPECT_EQ(count_of(page, "<svg"), 16U + 2U);  // nothing to draw for write
+  EXPECT_EQ(count_of(page, "<svg"), 20U + 2U);  // nothing to draw for write
   EXPECT_EQ(count_of(page, ">Wake: cycles per 1 µs</text>"), 2U);
   expect_on(page, "most (40) from 11 to 12 µs.");
   const std::size_t drawings = page.find("<div class=\"columns count-1 histograms\">");

@@ -157,6 +157,21 @@ Panel factor_panel(const Factor& factor, const RunLog& log, const std::vector<do
   return panel;
 }
 
+// What the estimate leaves of the samples: a good one leaves their noise, without a course.
+Panel residual_panel(const RunLog& log, const std::vector<double>& time_ms, const RunView& view) {
+  std::vector<double> left = log.volume_measured_K;
+  for (std::size_t k = 0; k < left.size(); ++k) left[k] -= log.volume_estimate_K[k];
+  Panel panel{.title = "Volume temperature less its estimate in K"};
+  add(panel, {.legend = "measured less estimate",
+              .x = time_ms,
+              .y = std::move(left),
+              .ink = Ink::kSeries1,
+              .mark = Mark::kPoints,
+              .width = dot_size(time_ms, view)});
+  panel.levels = {{.label = "0 K", .y = 0.0}};
+  return panel;
+}
+
 // What a person who cannot see the figure should know about it.
 std::string describe(const Panel& panel, const RunView& view) {
   std::string text =
@@ -195,6 +210,7 @@ std::vector<Figure> run_figures(const RunLog& log, const RunSummary& summary,
                                    log.choroid_sigma, config.choroid_true},
                                   log, time_ms, view));
   }
+  if (has_values(log.volume_measured_K)) panels.push_back(residual_panel(log, time_ms, view));
   for (Panel& panel : panels) {
     Figure figure{.x_label = "time in ms", .x_min = view.from_ms, .x_max = view.to_ms};
     figure.description = describe(panel, view);
