@@ -31,7 +31,7 @@ const std::vector<CommandGroup> kGroups = {
      {"response", "reduce", "field", "export", "export-c", "export-fmu", "certify", "boundaries",
       "discretizations", "information"}},
     {"Study", {"reproduce", "explain", "sweep", "compare", "campaign", "spots", "estimation"}},
-    {"Device", {"eye", "calibrate", "driver-check", "convert", "replay", "faults"}},
+    {"Device", {"eye", "calibrate", "driver-check", "convert", "replay", "runs", "faults"}},
     {"Machine", {"doctor", "latency", "bench", "completion"}}};
 
 char** the_arguments = nullptr;
