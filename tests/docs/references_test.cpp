@@ -46,6 +46,31 @@ TEST(References, EveryEquationCitedInTheSourcesHasItsHeading) {
   }
 }
 
+// "Code: `mpc/ocp`": a header or source of that name below src/photocoag.
+TEST(References, EveryEquationSaysWhereItsCodeIs) {
+  const std::string text = text_of(source_folder() / "docs" / "equations.md");
+  const std::regex path(R"(`(\w+/\w+)(\.[hc]pp)?`)");
+  const fs::path sources = source_folder() / "src" / "photocoag";
+  int equations = 0;
+  for (std::size_t at = text.find("\n### (E"); at != std::string::npos; ++equations) {
+    const std::size_t next = text.find("\n##", at + 1);
+    const std::string section = text.substr(at, next - at);
+    const std::string name = section.substr(5, section.find('\n', 5) - 5);
+    at = text.find("\n### (E", at + 1);
+    const std::size_t code = section.find("Code:");
+    ASSERT_NE(code, std::string::npos) << name;
+    const std::string files = section.substr(code, section.find(".\n", code) - code);
+    int named = 0;
+    for (std::sregex_iterator file(files.begin(), files.end(), path), end; file != end; ++file) {
+      const std::string base = (sources / (*file)[1].str()).string();
+      EXPECT_TRUE(fs::exists(base + ".hpp") || fs::exists(base + ".cpp")) << name << ": " << base;
+      ++named;
+    }
+    EXPECT_GT(named, 0) << name;
+  }
+  EXPECT_GE(equations, 31);
+}
+
 TEST(References, EveryTestNamedInADocumentExists) {
   std::set<std::string> tests;
   std::set<std::string> suites;
