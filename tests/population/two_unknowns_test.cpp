@@ -70,7 +70,7 @@ TEST(TwoUnknownsLoop, RunFolderAndFiguresHaveBoth) {
   EXPECT_EQ(shown.choroid_true, 1.4);
   const auto figures = run_figures(log, parse_run_summary(json, "summary.json"), shown,
                                    {.from_ms = 0.0, .to_ms = 60.0});
-  EXPECT_EQ(figures.size(), 5U);
+  EXPECT_EQ(figures.size(), 6U);
 }
 
 // 250 Hz without penalties: the first powers decide, and neither factor is known then.

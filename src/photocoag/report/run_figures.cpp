@@ -161,7 +161,7 @@ Panel factor_panel(const Factor& factor, const RunLog& log, const std::vector<do
 Panel residual_panel(const RunLog& log, const std::vector<double>& time_ms, const RunView& view) {
   std::vector<double> left = log.volume_measured_K;
   for (std::size_t k = 0; k < left.size(); ++k) left[k] -= log.volume_estimate_K[k];
-  Panel panel{.title = "Volume temperature less its estimate in K"};
+  Panel panel{.title = "Volume less its estimate in K"};
   add(panel, {.legend = "measured less estimate",
               .x = time_ms,
               .y = std::move(left),
