@@ -1,6 +1,7 @@
-/* The exported controller stepped through samples that are there already: a line "volume temperature in K, power in W"
- * of every period on standard input (nan: no sample), its power of every period on standard output. The last one is of
- * the period after. Research software, not a medical device. */
+/* The exported controller stepped through samples that are there already: a line "volume
+ * temperature in K, power in W" of every period on standard input (nan: no sample), its power of
+ * every period on standard output. The last one is of the period after. Research software, not a
+ * medical device. */
 #include <stdio.h>
 
 #include "pc_controller.h"
