@@ -32,7 +32,7 @@ TEST(ActiveFactor, DirectionsAndCorrectionsSolveTheirEquations) {
       HessianFactor factor;
       InputVector u(n);
       ASSERT_TRUE(factor.minimize(qp.hessian, qp.gradient, u.data()));
-      factor.take_roots();
+      factor.prepare_solutions();
       ActiveFactor active;
       active.clear(n);
       std::vector<Eigen::VectorXd> normals;
@@ -49,9 +49,11 @@ TEST(ActiveFactor, DirectionsAndCorrectionsSolveTheirEquations) {
         if (kind > 0.8 && normals.size() >= 2) {
           normal = normals.front() + normals.back() + 1e-5 * normal;
         }
-        int used = n;
-        while (used > 1 && normal(used - 1) == 0.0) --used;
-        active.direct(factor, normal.data(), used);
+        Eigen::VectorXd wide = Eigen::VectorXd::Zero(3 * n);  // a row among others
+        for (int j = 0; j < n; ++j) wide(3 * j) = 0.5 * normal(j);
+        const bool bound = (normal.array() != 0.0).count() == 1;
+        active.direct(factor, bound ? Normal{.index = length - 1, .scale = normal(length - 1)}
+                                    : Normal{.row = wide.data(), .stride = 3, .scale = 2.0});
         const Eigen::MatrixXd before = columns(normals, n);
         const Eigen::Index q = before.cols();
         // z and r: H z + N r = n, N'z = 0. Normals that are nearly dependent make r large: what

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
+#include "photocoag/core/fixed_length.hpp"
 #include "photocoag/qp/sums.hpp"
 
 namespace photocoag {
@@ -19,40 +21,81 @@ void ActiveFactor::clear(int inputs) noexcept {
   length_ = 0;
 }
 
-// v <- v - Q Q'v, d1 <- d1 + Q'v.
-void ActiveFactor::project(double* d) noexcept {
-  double part[even(kMaxInputs)];
-  for (int k = 0; k < count_; ++k) {
-    part[k] = dot(q_ + k * n_, v_, length_);
-    d[k] += part[k];
+// x <- R^-1 x.
+template <typename Length>
+void ActiveFactor::solve_r(Length inputs, double* __restrict x) const noexcept {
+  const int n = inputs;
+  for (int k = count_ - 1; k >= 0; --k) {
+    x[k] *= inverse_[k];
+    const double value = x[k];
+    for (int i = 0; i < k; ++i) x[i] -= value * r_[k * n + i];
   }
-  for (int k = 0; k < count_; ++k) axpy(-part[k], q_ + k * n_, v_, length_);
 }
 
-void ActiveFactor::direct(const HessianFactor& factor, const double* normal, int length) noexcept {
-  std::copy_n(normal, length, v_);
-  std::fill_n(v_ + length, n_ - length, 0.0);
-  factor.solve(v_, length);
-  const int used = direction_length_ = std::max(length, length_);
-  std::fill_n(d1_, count_, 0.0);
-  const double whole = dot(v_, v_, used);
+// v <- v - Q Q'v; d1 <- Q'v, or, `again`, that is added to it; v'v afterwards.
+template <typename Length>
+inline double ActiveFactor::project(Length length, bool again, double* __restrict v) noexcept {
+  const int n = n_;
+  const int used = length;
+  double part[even(kMaxInputs)];
+  for (int k = 0; k < count_; ++k) {
+    part[k] = dot(q_ + k * n, v, used);
+    d1_[k] = again ? d1_[k] + part[k] : part[k];
+  }
+  for (int k = 0; k < count_; ++k) axpy(-part[k], q_ + k * n, v, used);
+  return dot(v, v, used);
+}
+
+template <typename Length>
+void ActiveFactor::direct_as(Length inputs, const HessianFactor& factor,
+                             const Normal& normal) noexcept {
+  constexpr bool kKnown = !std::is_same_v<Length, int>;
+  constexpr int kCapacity = [] {
+    if constexpr (kKnown) {
+      return int(Length::value);
+    } else {
+      return even(kMaxInputs);
+    }
+  }();
+  const int n = inputs;
+  double v[kCapacity];
+  int length;  // the rest of the normal is 0
+  if (normal.row == nullptr) {
+    for (int i = 0; i < n; ++i) v[i] = i == normal.index ? normal.scale : 0.0;
+    length = normal.index + 1;
+  } else {
+    for (int i = 0; i < n; ++i) v[i] = normal.scale * normal.row[i * normal.stride];
+    length = n;
+    while (length > 1 && v[length - 1] == 0.0) --length;
+  }
+  factor.solve(inputs, v, length);
+  direction_length_ = std::max(length, length_);
+  // Of a known length, zeros are gone through: the sums are the same to the bit.
+  const auto used = [&] {
+    if constexpr (kKnown) {
+      return inputs;
+    } else {
+      return direction_length_;
+    }
+  }();
+  const double whole = dot(v, v, used);
   slope_ = whole;
   if (count_ > 0) {
-    project(d1_);
-    slope_ = dot(v_, v_, used);
-    if (!(slope_ > kCancelled * whole)) {
-      project(d1_);
-      slope_ = dot(v_, v_, used);
-    }
+    slope_ = project(used, false, v);
+    if (!(slope_ > kCancelled * whole)) slope_ = project(used, true, v);
   }
-  if (count_ == n_) slope_ = 0.0;  // nothing but rounding is left
+  if (count_ == n) slope_ = 0.0;  // nothing but rounding is left
   dependent_ = !(slope_ > kDependent * kDependent * whole);
-  if (!dependent_) {
-    std::copy_n(v_, n_, primal_);
-    factor.solve_transposed(primal_);
-  }
-  std::copy_n(d1_, count_, dual_);
-  solve_r(dual_);
+  for (int i = 0; i < n; ++i) v_[i] = v[i];
+  for (int k = 0; k < count_; ++k) dual_[k] = d1_[k];
+  solve_r(inputs, dual_);
+  if (dependent_) return;
+  factor.solve_transposed(inputs, v);
+  for (int i = 0; i < n; ++i) primal_[i] = v[i];
+}
+
+void ActiveFactor::direct(const HessianFactor& factor, const Normal& normal) noexcept {
+  for_length<2, 3, 4, 9>(n_, [&](auto inputs) { direct_as(inputs, factor, normal); });
 }
 
 void ActiveFactor::add() noexcept {
@@ -61,8 +104,9 @@ void ActiveFactor::add() noexcept {
   double* q = q_ + count_ * n_;
   for (int i = 0; i < n_; ++i) q[i] = v_[i] * inverse;
   double* r = r_ + count_ * n_;
-  std::copy_n(d1_, count_, r);
+  for (int k = 0; k < count_; ++k) r[k] = d1_[k];
   r[count_] = norm;
+  inverse_[count_] = inverse;
   length_ = direction_length_;
   ++count_;
 }
@@ -70,7 +114,9 @@ void ActiveFactor::add() noexcept {
 // R without a column, made triangular again by rotations of its rows and the columns of Q.
 void ActiveFactor::drop(int position) noexcept {
   --count_;
-  for (int k = position; k < count_; ++k) std::copy_n(r_ + (k + 1) * n_, k + 2, r_ + k * n_);
+  for (int k = position; k < count_; ++k) {
+    for (int i = 0; i < k + 2; ++i) r_[k * n_ + i] = r_[(k + 1) * n_ + i];
+  }
   for (int k = position; k < count_; ++k) {
     double* pivot = r_ + k * n_ + k;
     const double length = std::hypot(pivot[0], pivot[1]);
@@ -81,6 +127,7 @@ void ActiveFactor::drop(int position) noexcept {
       a = c * a + s * b;
       b = c * b - s * old;
     };
+    inverse_[k] = 1.0 / length;
     for (int i = k; i < count_; ++i) rotate(r_[i * n_ + k], r_[i * n_ + k + 1]);
     for (int i = 0; i < length_; ++i) rotate(q_[k * n_ + i], q_[(k + 1) * n_ + i]);
   }
@@ -88,27 +135,19 @@ void ActiveFactor::drop(int position) noexcept {
 }
 
 void ActiveFactor::correct(const HessianFactor& factor, double* e1, double* e2) const noexcept {
-  factor.solve(e1, n_);
+  factor.solve(n_, e1, n_);
   double y1[even(kMaxInputs)];
   double more[even(kMaxInputs)];
   for (int k = 0; k < count_; ++k) {
-    y1[k] = (e2[k] - dot(r_ + k * n_, y1, k)) / r_[k * n_ + k];
+    y1[k] = (e2[k] - dot(r_ + k * n_, y1, k)) * inverse_[k];
     more[k] = y1[k] - dot(q_ + k * n_, e1, length_);
   }
   for (int k = 0; k < count_; ++k) {
     axpy(more[k], q_ + k * n_, e1, length_);
     e2[k] = -more[k];
   }
-  factor.solve_transposed(e1);
-  solve_r(e2);
-}
-
-// x <- R^-1 x.
-void ActiveFactor::solve_r(double* x) const noexcept {
-  for (int k = count_ - 1; k >= 0; --k) {
-    x[k] /= r_[k * n_ + k];
-    axpy(-x[k], r_ + k * n_, x, k);
-  }
+  factor.solve_transposed(n_, e1);
+  solve_r(n_, e2);
 }
 
 }  // namespace photocoag

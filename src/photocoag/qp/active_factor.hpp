@@ -11,6 +11,15 @@
 
 namespace photocoag {
 
+/// `scale` times the row, whose entries are `stride` apart, or, without one, the unit vector
+/// `index`.
+struct Normal {
+  const double* row = nullptr;
+  int stride = 1;
+  int index = 0;
+  double scale = 1.0;
+};
+
 /// U^-1 N = Q R with H = U U', N the active normals, n x q; Q'Q = I, R upper triangular.
 class ActiveFactor {
  public:
@@ -18,9 +27,8 @@ class ActiveFactor {
   void clear(int inputs) noexcept;
   int count() const noexcept { return count_; }
 
-  /// The directions for a normal n that may enter; only the first `length` entries of it are not 0.
-  /// w = U^-1 n = Q d1 + v, Q'v = 0.
-  void direct(const HessianFactor& factor, const double* normal, int length) noexcept;
+  /// The directions for a normal n that may enter: w = U^-1 n = Q d1 + v, Q'v = 0.
+  void direct(const HessianFactor& factor, const Normal& normal) noexcept;
   /// z = U^-T v: u moves along -z.
   const double* primal() const noexcept { return primal_; }
   /// r = R^-1 d1: the multipliers move along -r.
@@ -40,14 +48,19 @@ class ActiveFactor {
   void correct(const HessianFactor& factor, double* e1, double* e2) const noexcept;
 
  private:
-  void project(double* d) noexcept;
-  void solve_r(double* x) const noexcept;
+  template <typename Length>
+  void direct_as(Length inputs, const HessianFactor& factor, const Normal& normal) noexcept;
+  template <typename Length>
+  double project(Length length, bool again, double* v) noexcept;
+  template <typename Length>
+  void solve_r(Length inputs, double* x) const noexcept;
 
   int n_ = 0;
   int count_ = 0;
   int length_ = 0;                           // of Q's columns; the rest is 0
   double q_[even(kMaxInputs) * kMaxInputs];  // columns, n apart
   double r_[even(kMaxInputs) * kMaxInputs];  // columns, n apart
+  double inverse_[even(kMaxInputs)];         // of R's diagonal
   double v_[even(kMaxInputs)] = {};          // the last normal's
   double d1_[even(kMaxInputs)] = {};
   double primal_[even(kMaxInputs)] = {};

@@ -70,14 +70,21 @@ bool DenseSolver::take_inner(const QpProblem& problem, QpSolution& solution) con
 // Scales the box and the rows. A row that no u in the box violates is left out: its offset is
 // infinite.
 QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
-  const int n = n_ = static_cast<int>(problem.hessian.rows());
+  n_ = static_cast<int>(problem.hessian.rows());
   const int m = static_cast<int>(problem.rows.rows());
+  if (m != n_) return prepare_as(problem, n_, m);
+  return for_length<2, 3, 4, 9>(n_, [&](auto size) { return prepare_as(problem, size, size); });
+}
+
+template <typename Inputs, typename Rows>
+QpStatus DenseSolver::prepare_as(const QpProblem& problem, Inputs inputs, Rows rows) noexcept {
+  const int n = inputs;
+  const int m = rows;
   box_scale_.resize(n);
   box_weight_.resize(n);
   double most[even(kMaxInputs)];   // largest G_i u in the box
   double reach[even(kMaxInputs)];  // sum_j |G_ij| max(|lower_j|, |upper_j|)
-  std::fill_n(most, m, 0.0);
-  std::fill_n(reach, m, 0.0);
+  for (int i = 0; i < m; ++i) most[i] = reach[i] = 0.0;
   for (int j = 0; j < n; ++j) {
     const double lower = problem.lower(j);
     const double upper = problem.upper(j);
@@ -85,7 +92,8 @@ QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
     box_scale_(j) = scale > 0.0 ? scale : 1.0;
     box_weight_(j) = 1.0 / box_scale_(j);
     const double* column = problem.rows.data() + j * m;
-    const int first = first_[j] = leading_zeros(column, m);
+    // Of a known length, zeros are gone through.
+    const int first = first_[j] = std::is_same_v<Rows, int> ? leading_zeros(column, m) : 0;
     for (int i = first; i < m; ++i) {
       most[i] += std::max(column[i] * lower, column[i] * upper);
       reach[i] += std::abs(column[i]) * scale;
@@ -114,7 +122,7 @@ QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
 QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& solution) noexcept {
   const int n = n_;
   // Step 0: u is the unconstrained minimum.
-  factor_.take_roots();
+  factor_.prepare_solutions();
   normals_.clear(n);
   relaxed_ = false;
 
@@ -255,20 +263,11 @@ double DenseSolver::violation(const QpProblem& problem, Constraint c) const noex
 }
 
 void DenseSolver::evaluate_directions(const QpProblem& problem) noexcept {
-  int length = entering_.index + 1;
-  if (entering_.index >= n_) {
-    length = n_;
-    while (length > 1 && problem.rows(entering_.index - n_, length - 1) == 0.0) --length;
-  }
-  double normal[even(kMaxInputs)];
-  std::fill_n(normal, length, 0.0);
-  if (entering_.index < n_) {
-    normal[entering_.index] = entering_.sign;
-  } else {
-    const int i = entering_.index - n_;
-    for (int j = 0; j < length; ++j) normal[j] = row_weights_(i) * problem.rows(i, j);
-  }
-  normals_.direct(factor_, normal, length);
+  const int row = entering_.index - n_;
+  normals_.direct(factor_, row < 0 ? Normal{.index = entering_.index, .scale = entering_.sign}
+                                   : Normal{.row = problem.rows.data() + row,
+                                            .stride = static_cast<int>(offsets_.size()),
+                                            .scale = row_weights_(row)});
 }
 
 // t1 = min of multiplier_k / r_k over r_k > 0, and its k; infinity if there is none.

@@ -62,6 +62,8 @@ class DenseSolver {
   };
 
   QpStatus prepare(const QpProblem& problem) noexcept;
+  template <typename Inputs, typename Rows>
+  QpStatus prepare_as(const QpProblem& problem, Inputs inputs, Rows rows) noexcept;
   bool take_inner(const QpProblem& problem, QpSolution& solution) const noexcept;
   QpStatus iterate(const QpProblem& problem, int limit, QpSolution& solution) noexcept;
   bool conclude(const QpProblem& problem, double largest, QpSolution& solution) const noexcept;

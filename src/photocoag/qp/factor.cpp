@@ -12,27 +12,6 @@ namespace {
 constexpr double kPivot = 1e-14;  // a pivot over the diagonal: below, H is not definite
 constexpr int kBlock = 4;         // columns that are eliminated together
 
-// y - (the sum of column_i x_i, i < k) inverse: the last product last, which is known last.
-inline double eliminated(double y, const double* __restrict column, const double* __restrict x,
-                         int k, double inverse) noexcept {
-  if (k == 0) return y;
-  double sum;
-  if (k < 9) {
-    double even = 0.0;
-    double odd = 0.0;
-    int i = 0;
-    for (; i + 2 < k; i += 2) {
-      even += column[i] * x[i];
-      odd += column[i + 1] * x[i + 1];
-    }
-    if (i + 1 < k) even += column[i] * x[i];
-    sum = even + odd;
-  } else {
-    sum = dot(column, x, k - 1);
-  }
-  return y - (sum + column[k - 1] * x[k - 1]) * inverse;
-}
-
 }  // namespace
 
 template <typename Length>
@@ -78,7 +57,8 @@ bool HessianFactor::minimize_as(Length length, const double* __restrict hessian,
   }
   for (int k = 0; k < n; ++k) {
     const double* column = c + k * n;
-    u[k] = eliminated(u[k] * inverse[k], column, u, k, inverse[k]);
+    u[k] = u[k] * inverse[k];
+    if (k > 0) u[k] -= eliminated(column, u, k) * inverse[k];
   }
   return true;
 }
@@ -90,31 +70,12 @@ bool HessianFactor::minimize(const InputMatrix& hessian, const InputVector& grad
       n_, [&](auto length) { return minimize_as(length, hessian.data(), gradient.data(), u); });
 }
 
-void HessianFactor::take_roots() noexcept {
-  for (int k = 0; k < n_; ++k) root_[k] = std::sqrt(inverse_[k]);
-}
-
-void HessianFactor::solve(double* x, int count) const noexcept {
-  for_length<2, 3, 4, 9>(n_, [&](auto length) {
-    // A known length is gone through: of the zeros at the end nothing but zeros is taken.
-    constexpr bool kKnown = !std::is_same_v<decltype(length), int>;
-    const double* __restrict c = columns_;
-    double* __restrict y = x;
-    const int n = length;
-    const int last = kKnown ? n : count;
-    for (int k = last - 1; k >= 0; --k) {
-      const double s = y[k] * inverse_[k];
-      for (int i = 0; i < k; ++i) y[i] -= s * c[k * n + i];
-      y[k] *= root_[k];
-    }
-  });
-}
-
-void HessianFactor::solve_transposed(double* x) const noexcept {
+void HessianFactor::prepare_solutions() noexcept {
   for_length<2, 3, 4, 9>(n_, [&](auto length) {
     const int n = length;
+    for (int k = 0; k < n; ++k) root_[k] = std::sqrt(inverse_[k]);
     for (int k = 0; k < n; ++k) {
-      x[k] = eliminated(x[k] * root_[k], columns_ + k * n, x, k, inverse_[k]);
+      for (int i = 0; i < k; ++i) columns_[k * n + i] *= inverse_[k];
     }
   });
 }
