@@ -67,9 +67,9 @@ class GuardedLimits {
   /// False after any change of a bit in either copy.
   bool intact() const noexcept {
     const Words words = std::bit_cast<Words>(limits_);
-    std::uint64_t differing = 0;
-    for (std::size_t i = 0; i < words.size(); ++i) differing |= words[i] ^ ~complement_[i];
-    return differing == 0;
+    std::uint64_t opposite = ~std::uint64_t{0};  // bits that differ from the complement's in all
+    for (std::size_t i = 0; i < words.size(); ++i) opposite &= words[i] ^ complement_[i];
+    return opposite == ~std::uint64_t{0};
   }
   /// The memory of the limits, for tests that flip bits in it.
   std::span<std::byte> memory() noexcept {

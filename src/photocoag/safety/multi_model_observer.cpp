@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "photocoag/core/fixed_length.hpp"
 #include "photocoag/core/wide_vectors.hpp"
 
 namespace photocoag {
@@ -21,15 +22,17 @@ double dot(const ObserverModel::Weights& weights,
 
 /// The smallest of `count` numbers.
 double smallest(const double* values, std::size_t count) noexcept {
+  if (count == 1) return values[0];
   // In two chains that stay in registers.
   double even = values[0];
   double odd = values[0];
   std::size_t k = 0;
-  for (; k + 4 <= count; k += 4) {
-    even = even < values[k] ? even : values[k];
-    odd = odd < values[k + 1] ? odd : values[k + 1];
-    even = even < values[k + 2] ? even : values[k + 2];
-    odd = odd < values[k + 3] ? odd : values[k + 3];
+  for (; k + 8 <= count; k += 8) {
+    PHOTOCOAG_UNROLLED
+    for (std::size_t l = 0; l < 8; l += 2) {
+      even = even < values[k + l] ? even : values[k + l];
+      odd = odd < values[k + l + 1] ? odd : values[k + l + 1];
+    }
   }
   for (; k < count; ++k) even = std::min(even, values[k]);
   return std::min(even, odd);
@@ -50,13 +53,13 @@ static_assert(kObserverCurves % kBlock == 0);
 
 /// temperature_j = sum_i weight_ij lag_i of `curves` curves, rounded up to whole blocks.
 PHOTOCOAG_WIDE_VECTORS void sum_lags(const double* __restrict weights, const double* __restrict lag,
-                                     std::size_t modes, std::size_t curves,
-                                     double* __restrict temperature) noexcept {
+                                     std::size_t curves, double* __restrict temperature) noexcept {
   for (std::size_t j = 0; j < curves; j += kBlock) {
     const double* column = weights + j;
     double sum[kBlock];
     for (std::size_t l = 0; l < kBlock; ++l) sum[l] = column[l] * lag[0];
-    for (std::size_t i = 1; i < modes; ++i) {
+    PHOTOCOAG_UNROLLED
+    for (std::size_t i = 1; i < kObserverModes; ++i) {
       column += kObserverCurves;
       for (std::size_t l = 0; l < kBlock; ++l) sum[l] += column[l] * lag[i];
     }
@@ -118,16 +121,19 @@ void MultiModelObserver::reset() noexcept {
 }
 
 void MultiModelObserver::emit(double power) noexcept {
-  Lags seen{};
-  for (std::size_t i = 0; i < modes_ && model_.averaged; ++i) {
-    seen[i] = model_.seen_before[i] * lag_[i] + model_.seen_power[i] * power;
+  Lags seen;
+  if (model_.averaged) {
+    for (std::size_t i = 0; i < kObserverModes; ++i) {
+      seen[i] = model_.seen_before[i] * lag_[i] + model_.seen_power[i] * power;
+    }
   }
-  for (std::size_t i = 0; i < modes_; ++i) {
+  // Modes that are not used decay to 0 and weigh nothing: a loop of known length.
+  for (std::size_t i = 0; i < kObserverModes; ++i) {
     lag_[i] = model_.decay[i] * lag_[i] + power;
     coasting_[i] = model_.decay[i] * lag_[i];
     coasting_2_[i] = model_.decay[i] * coasting_[i];
   }
-  sum_lags(volume_.front().data(), (model_.averaged ? seen : lag_).data(), modes_, curves(),
+  sum_lags(volume_.front().data(), (model_.averaged ? seen : lag_).data(), curves(),
            volume_now_.data());
   for (std::size_t j = 0; j < curves() && model_.averaged; ++j) {
     volume_now_[j] += model_.seen_feed[j] * power;
@@ -181,7 +187,7 @@ void MultiModelObserver::update(double volume_temperature) noexcept {
 }
 
 void MultiModelObserver::find_plausible() noexcept {
-  for (std::size_t b = 0; b < model_.choroids; ++b) families_[b].plausible = false;
+  for (Family& family : families_) family.plausible = false;
   for (std::size_t half = 0; half < misfit_.size(); ++half) {
     const auto& least = least_[half];
     const double bar = smallest(least.data(), model_.choroids) + kPlausible;
@@ -209,7 +215,7 @@ void MultiModelObserver::find_plausible() noexcept {
   high_alpha_ = 0.0;
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     if (!families_[b].plausible) continue;
-    const std::size_t high = families_[b].high % model_.absorptions;
+    const std::size_t high = families_[b].high - b * model_.absorptions;
     high_alpha_ = std::max(
         high_alpha_, families_[b].at_high(model_.absorption[high - 1], model_.absorption[high]));
   }

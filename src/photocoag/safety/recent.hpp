@@ -13,18 +13,23 @@ constexpr bool finite(double value) noexcept { return value - value == 0.0; }
 /// Sum over the last 20 values.
 class RecentSum {
  public:
-  void add(double value) noexcept { values_[count_++ % kLength] = value; }
+  void add(double value) noexcept {
+    values_[next_] = value;
+    next_ = next_ + 1 < kLength ? next_ + 1 : 0;
+    full_ = full_ || next_ == 0;
+  }
   double sum() const noexcept {
     double total = 0.0;
     for (const double value : values_) total += value;
     return total;
   }
-  bool full() const noexcept { return count_ >= kLength; }
+  bool full() const noexcept { return full_; }
 
  private:
   static constexpr int kLength = 20;
   double values_[kLength]{};
-  std::int64_t count_ = 0;
+  int next_ = 0;
+  bool full_ = false;
 };
 
 // Sum of 20 squared normal numbers: below 1.9 or above 76.4 with probability 5e-8 each.
@@ -39,6 +44,7 @@ class RecentEvents {
     recent_ = recent_ << 1 | (event ? 1U : 0U);
   }
   int among_last(int cycles) const noexcept {
+    if ((recent_ | older_) == 0) return 0;  // as nearly always
     const auto mask = [](int bits) {
       return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
     };
