@@ -1,5 +1,5 @@
-// `photocoag bench cycle`: what one control cycle costs here, with the supervisor and without, and
-// one step of the simulated eye.
+// `photocoag bench cycle`: what one control cycle costs here, with the supervisor and without, the
+// filter at two orders, and one step of the simulated eye.
 #include "bench.hpp"
 
 #include <fmt/format.h>
@@ -98,6 +98,20 @@ class Alone {
  private:
   Controller controller_;
   double power_ = 0.0;
+};
+
+// The estimator alone.
+class Filter {
+ public:
+  explicit Filter(const Subject& subject) : filter_(subject.model, subject.config.estimator) {}
+  void step(const Delivered& delivered) noexcept {
+    filter_.predict(delivered.readback.power);
+    filter_.update(delivered.sample.volume_temperature);
+  }
+  double power() const noexcept { return filter_.outputs().peak; }
+
+ private:
+  AnyEstimator filter_;
 };
 
 // Durations of the steps of one way to do a subject's treatments, CPU time of this thread.
@@ -208,12 +222,17 @@ int bench_cycle(const BenchOptions& options) {
     add(fmt::format("with {}", options.config.empty() ? "--set" : options.config),
         load_config(options.config, options.set));
   }
+  const std::size_t controllers = subjects.size();
+  for (const int order : {6, 14}) {
+    add(fmt::format("order {}", order), load_config("", {fmt::format("model.order={}", order)}));
+  }
   Durations eye;
   for (Subject& subject : subjects) {
     for (std::size_t i = 0; i < kTreatments; ++i) {
       subject.treatments.push_back(record(subject, i, full, eye.us));
     }
   }
+  std::vector<Durations> filter(subjects.size());
   std::vector<Durations> alone(subjects.size());
   std::vector<Durations> unsupervised(subjects.size());
   std::vector<Durations> supervised(subjects.size());
@@ -223,6 +242,10 @@ int bench_cycle(const BenchOptions& options) {
       for (std::size_t s = 0; s < subjects.size(); ++s) {
         const Subject& subject = subjects[s];
         const Recording& recording = subject.treatments[i];
+        if (s >= controllers) {
+          filter[s].measure(recording, i, [&] { return Filter(subject); });
+          continue;
+        }
         alone[s].measure(recording, i, [&] { return Alone(subject); });
         unsupervised[s].measure(recording, i, [&] { return Replay(subject, Unsupervised()); });
         supervised[s].measure(recording, i, [&] { return Replay(subject, subject.supervisor()); });
@@ -237,28 +260,35 @@ int bench_cycle(const BenchOptions& options) {
   fmt::print(stderr, "{:<40} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}   us\n", "", "mean*", "median",
              "99 %", "worst**", "max", "first");
   Json rows = Json::array();
-  for (std::size_t s = 0; s < subjects.size(); ++s) {
+  for (std::size_t s = 0; s < controllers; ++s) {
     const std::string& name = subjects[s].name;
     rows.push_back(row(fmt::format("estimate, solve, gate: {}", name), alone[s]));
     rows.push_back(row(fmt::format("  and what is recorded: {}", name), unsupervised[s]));
     rows.push_back(row(fmt::format("  with the supervisor: {}", name), supervised[s]));
+  }
+  for (std::size_t s = controllers; s < subjects.size(); ++s) {
+    rows.push_back(row(fmt::format("filter alone: {}", subjects[s].name), filter[s]));
   }
   eye.mean_us = eye.least_us = eye.us;
   eye.first_us = {eye.us.front()};
   rows.push_back(row(fmt::format("eye, full order ({} states)", full->states()), eye));
   const double whole = percentile(supervised[1].mean_us, 0.5);
   const double rest = percentile(unsupervised[1].mean_us, 0.5);
+  const double orders = percentile(filter[controllers + 1].mean_us, 0.5) /
+                        percentile(filter[controllers].mean_us, 0.5);
   fmt::print(stderr,
              "*  of a treatment, timed as a whole, the shortest of its repetitions: their median\n"
              "** the slowest step, each taken as the shortest of its repetitions: the algorithm's, "
              "not the machine's\n"
-             "supervisor, N = 5: {:.3f} us, {:.0f} % of a supervised cycle\n",
-             whole - rest, 100.0 * (whole - rest) / whole);
+             "supervisor, N = 5: {:.3f} us, {:.0f} % of a supervised cycle\n"
+             "filter, order 14 / order 6: {:.2f}\n",
+             whole - rest, 100.0 * (whole - rest) / whole, orders);
   write_json(options, {{"bench", options.name},
                        {"version", version()},
                        {"unit", "us"},
                        {"clock_us", thread_clock_us()},
                        {"supervisor_us", whole - rest},
+                       {"filter_order_14_over_6", orders},
                        {"rows", rows}});
   return 0;
 }

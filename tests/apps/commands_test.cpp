@@ -228,10 +228,12 @@ TEST(Commands, BenchPrintsEveryRow) {
   const ProgramResult result = sandbox.run("bench cycle --set control.horizon=3 --json -");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
-  ASSERT_EQ(json["rows"].size(), 19U)
-      << "five horizons and the one asked for, each alone, recorded and supervised; the eye";
+  ASSERT_EQ(json["rows"].size(), 21U)
+      << "five horizons and the one asked for, each alone, recorded and supervised; the filter at "
+         "two orders; the eye";
   EXPECT_TRUE(json["supervisor_us"].is_number());
-  for (std::size_t i = 0; i < 18; ++i) {
+  EXPECT_GT(json["filter_order_14_over_6"].get<double>(), 1.0);
+  for (std::size_t i = 0; i < 20; ++i) {
     const Json& row = json["rows"][i];
     // The shortest repetition of a step is never longer than the slowest of all.
     EXPECT_LE(row["worst_step_us"].get<double>(), row["max_us"].get<double>()) << row;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "photocoag/core/error.hpp"
+#include "photocoag/core/fixed_length.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
@@ -53,49 +54,63 @@ double OptimalControlProblem::reference_at(long long cycle) const noexcept {
 }
 
 void OptimalControlProblem::respond(const OcpData& data) noexcept {
-  const int n = inputs();
-  const double least_power = settings_.power_min / settings_.power_max;
-  const double scale = settings_.power_max;
-  tightened_ = data.tightening != nullptr;
-  // A column of peak_powers_ after the other: each sum runs over the states in their order.
-  const auto times_powers = [this, n](int first, const StateVector& x, InputVector& out) {
-    double sum[even(kMaxInputs)];
-    std::fill_n(sum, n, 0.0);
-    const double* column = peak_powers_.data() + first;
-    for (int s = 0; s < static_cast<int>(x.size()); ++s, column += n + 1) {
-      const double value = x[s];
-      for (int i = 0; i < n; ++i) sum[i] += column[i] * value;
-    }
-    std::copy_n(sum, n, out.data());
-  };
-  times_powers(0, data.input, impulse_);
-  for (int i = 0; i < n; ++i) impulse_[i] *= scale;
-  times_powers(1, data.state, free_);
-  limit_impulse_ = impulse_;
-  limit_free_ = free_;
-  if (tightened_) {
-    times_powers(0, data.tightening->input, limit_impulse_);
+  for_length<1, 4, 9>(inputs(), [&](auto length) {
+    const int n = length;
+    const double least_power = settings_.power_min / settings_.power_max;
+    const double scale = settings_.power_max;
+    tightened_ = data.tightening != nullptr;
+    // A column of peak_powers_ after the other: each sum runs over the states in their order.
+    const auto times_powers = [this, n](int first, const StateVector& x, double* __restrict out) {
+      double sum[even(kMaxInputs)];
+      PHOTOCOAG_UNROLLED
+      for (int i = 0; i < n; ++i) sum[i] = 0.0;
+      const double* __restrict column = peak_powers_.data() + first;
+      const double* __restrict values = x.data();
+      const int states = static_cast<int>(x.size());
+      for (int s = 0; s < states; ++s, column += n + 1) {
+        const double value = values[s];
+        PHOTOCOAG_UNROLLED
+        for (int i = 0; i < n; ++i) sum[i] += column[i] * value;
+      }
+      PHOTOCOAG_UNROLLED
+      for (int i = 0; i < n; ++i) out[i] = sum[i];
+    };
+    double* impulse = impulse_.data();
+    double* free = free_.data();
+    double* limit_impulse = limit_impulse_.data();
+    double* limit_free = limit_free_.data();
+    times_powers(0, data.input, impulse);
+    times_powers(1, data.state, free);
     for (int i = 0; i < n; ++i) {
-      limit_impulse_[i] = limit_impulse_[i] * scale + data.tightening->impulse[i];
-      limit_free_[i] = free_[i] + data.tightening->free[i];
+      impulse[i] *= scale;
+      limit_impulse[i] = impulse[i];
+      limit_free[i] = free[i];
     }
-  }
-  const bool constant = settings_.shares.empty();
-  const bool held = constant && settings_.reference_times.empty();
-  double least_sum = 0.0;
-  limit_relaxed_ = false;
-  for (int k = 0; k < n; ++k) {
-    least_sum += limit_impulse_[k];
-    least_[k] = limit_free_[k] + least_sum * least_power;
-    const double limit =
-        constant ? settings_.peak_max : settings_.share_at(data.cycle + k + 1) * settings_.peak_max;
-    reference_[k] = held ? settings_.peak_reference : reference_at(data.cycle + k + 1);
-    const bool relaxed = least_[k] > limit;
-    limit_relaxed_ = limit_relaxed_ || relaxed;
-    // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating never
-    // cools, no power above them is left in the stages before.
-    limit_[k] = relaxed ? least_[k] : limit;
-  }
+    if (tightened_) {
+      times_powers(0, data.tightening->input, limit_impulse);
+      for (int i = 0; i < n; ++i) {
+        limit_impulse[i] = limit_impulse[i] * scale + data.tightening->impulse[i];
+        limit_free[i] = free[i] + data.tightening->free[i];
+      }
+    }
+    const bool constant = settings_.shares.empty();
+    const bool held = constant && settings_.reference_times.empty();
+    double least_sum = 0.0;
+    limit_relaxed_ = false;
+    for (int k = 0; k < n; ++k) {
+      least_sum += limit_impulse[k];
+      const double least = limit_free[k] + least_sum * least_power;
+      const double limit = constant ? settings_.peak_max
+                                    : settings_.share_at(data.cycle + k + 1) * settings_.peak_max;
+      reference_.data()[k] = held ? settings_.peak_reference : reference_at(data.cycle + k + 1);
+      const bool relaxed = least > limit;
+      limit_relaxed_ = limit_relaxed_ || relaxed;
+      // Relaxed: what the smallest powers reach. Then they satisfy every row, and since heating
+      // never cools, no power above them is left in the stages before.
+      least_.data()[k] = least;
+      limit_.data()[k] = relaxed ? least : limit;
+    }
+  });
 }
 
 void OptimalControlProblem::condense(const OcpData& data, QpProblem& problem) noexcept {
