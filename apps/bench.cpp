@@ -181,15 +181,17 @@ Json row(std::string_view name, const Durations& d) {
 
 }  // namespace
 
+double reading_us(double (*clock_us)()) {
+  std::vector<double> us;
+  for (int i = 0; i < 10000; ++i) {
+    const double begin = clock_us();
+    us.push_back(clock_us() - begin);
+  }
+  return percentile(us, 0.5);
+}
+
 double thread_clock_us() {
-  static const double cost = [] {
-    std::vector<double> us;
-    for (int i = 0; i < 10000; ++i) {
-      const double begin = thread_us();
-      us.push_back(thread_us() - begin);
-    }
-    return percentile(us, 0.5);
-  }();
+  static const double cost = reading_us(thread_us);
   return cost;
 }
 

@@ -24,10 +24,13 @@ struct BenchOptions {
 
 using Json = nlohmann::ordered_json;
 
-/// What reading that clock adds to a time, us: measured once.
+/// What a reading of a clock adds to a time, us: median of 10,000.
+double reading_us(double (*clock_us)());
+
+/// That of the thread's CPU clock, measured once.
 double thread_clock_us();
 
-/// CPU time since `begin`, without the reading of the clock.
+/// CPU time of the thread since `begin`, without the reading of the clock.
 inline double spent_us(double begin) {
   return std::max(0.0, thread_us() - begin - thread_clock_us());
 }

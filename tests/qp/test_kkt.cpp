@@ -60,6 +60,13 @@ TEST(Kkt, NamesTheConditionThatIsViolated) {
   EXPECT_GT(evaluate_kkt(qp, answer(1.5, 0.0, 2.5)).feasibility, 0.4);  // outside the box
 }
 
+// How far a row reaches within the box, not what its coefficients add up to.
+TEST(Kkt, AnExceededRowIsMeasuredByItsReach) {
+  QpProblem qp = corner();
+  qp.upper << 4, 0.1;
+  EXPECT_NEAR(evaluate_kkt(qp, answer(1.6, 0.1, 2.5)).feasibility, 0.2 / 4.1, 1e-15);
+}
+
 TEST(Kkt, WhatIsNotFiniteIsInfinitelyFar) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(std::isinf(evaluate_kkt(corner(), answer(nan, 0.75, 2.5)).largest()));
