@@ -10,79 +10,17 @@
 #include <vector>
 
 #include "photocoag/config/fields.hpp"
+#include "photocoag/config/table_reader.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/linear_algebra.hpp"
 
 namespace photocoag {
 namespace {
 
-[[noreturn]] void refuse(const Value& value, std::string key, std::string accepted) {
-  throw Error(ErrorParts{.where = value.where,
-                         .key = std::move(key),
-                         .found = shown(value.text),
-                         .accepted = std::move(accepted)});
-}
-
-// One table: its values by key, errors named "PATH.KEY".
-class Table {
- public:
-  Table(const Value& table, std::string path, std::initializer_list<std::string_view> keys)
-      : table_(table), path_(std::move(path)) {
-    if (table.kind != Value::Kind::kTable) refuse(table, path_, "a table");
-    for (const Entry& entry : table.entries) {
-      if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
-      throw Error(ErrorParts{.where = entry.value.where,
-                             .key = key_of(shown(entry.key)),
-                             .problem = "unknown key",
-                             .accepted = fmt::format("{}", fmt::join(keys, ", "))});
-    }
-  }
-
-  void rename(std::string path) { path_ = std::move(path); }
-  const Value& table() const noexcept { return table_; }
-  const Value* find(std::string_view key) const { return table_.find(key); }
-  const Value& required(std::string_view key) const {
-    const Value* found = table_.find(key);
-    if (found != nullptr) return *found;
-    throw Error(
-        ErrorParts{.where = table_.where, .key = key_of(key), .problem = "the key is missing"});
-  }
-  std::string text(std::string_view key) const {
-    const Value& value = required(key);
-    if (value.kind != Value::Kind::kString) refuse(value, key_of(key), "a string");
-    return value.string;
-  }
-  double number(std::string_view key) const {
-    const Value& value = required(key);
-    if (value.kind == Value::Kind::kInteger) return static_cast<double>(value.integer);
-    if (value.kind != Value::Kind::kFloat || !std::isfinite(value.number)) {
-      refuse(value, key_of(key), "a finite number");
-    }
-    return value.number;
-  }
-  void require(bool ok, std::string_view key, std::string accepted) const {
-    if (!ok) refuse(required(key), key_of(key), std::move(accepted));
-  }
-
- private:
-  std::string key_of(std::string_view key) const { return fmt::format("{}.{}", path_, key); }
-
-  const Value& table_;
-  std::string path_;
-};
-
-const std::vector<Entry>& array(const Value& root, std::string_view key) {
-  static const std::vector<Entry> none;
-  const Value* found = root.find(key);
-  if (found == nullptr) return none;
-  if (found->kind != Value::Kind::kArray) refuse(*found, std::string(key), "an array of tables");
-  return found->entries;
-}
-
-void read_distribution(const Table& table, bool of_controller, RandomQuantity& quantity) {
-  const std::string word = table.text("distribution");
-  quantity.low = table.number("low");
-  quantity.high = table.number("high");
+void read_distribution(const TableReader& table, bool of_controller, RandomQuantity& quantity) {
+  const std::string word = table.required_text("distribution");
+  quantity.low = table.required_number("low");
+  quantity.high = table.required_number("high");
   if (of_controller) {
     table.require(quantity.low < quantity.high, "high",
                   fmt::format("above low = {}", quantity.low));
@@ -98,8 +36,8 @@ void read_distribution(const Table& table, bool of_controller, RandomQuantity& q
   const std::string_view center = normal ? "mean" : "median";
   const std::string_view spread = normal ? "sigma" : "sigma_log";
   quantity.distribution = normal ? Distribution::kNormal : Distribution::kLogNormal;
-  quantity.center = table.number(center);
-  quantity.spread = table.number(spread);
+  quantity.center = table.required_number(center);
+  quantity.spread = table.required_number(spread);
   table.require(normal || quantity.center > 0.0, center, "a number above 0");
   table.require(of_controller ? quantity.spread > 0.0 : quantity.spread >= 0.0, spread,
                 of_controller ? "a number above 0" : "a number from 0 on");
@@ -108,7 +46,7 @@ void read_distribution(const Table& table, bool of_controller, RandomQuantity& q
 }
 
 // A parameter of another distribution is a slip, not a comment.
-void refuse_foreign(const Table& table, Distribution distribution) {
+void refuse_foreign(const TableReader& table, Distribution distribution) {
   const auto foreign = [&](std::string_view key, Distribution owner) {
     if (distribution == owner || table.find(key) == nullptr) return;
     table.require(false, key,
@@ -123,31 +61,25 @@ void refuse_foreign(const Table& table, Distribution distribution) {
   foreign("sigma_log", Distribution::kLogNormal);
 }
 
-RandomQuantity read_quantity(const Value& value, const PriorTables& tables) {
-  const std::string name(tables.quantities);
-  Table table =
-      tables.of_controller
-          ? Table(value, name,
-                  {"key", "distribution", "mean", "median", "sigma", "sigma_log", "low", "high",
-                   "use"})
-          : Table(value, name,
-                  {"key", "distribution", "mean", "median", "sigma", "sigma_log", "low", "high"});
+RandomQuantity read_quantity(TableReader table, const PriorTables& tables) {
+  if (tables.of_controller) {
+    table.only(
+        {"key", "distribution", "mean", "median", "sigma", "sigma_log", "low", "high", "use"});
+  } else {
+    table.only({"key", "distribution", "mean", "median", "sigma", "sigma_log", "low", "high"});
+  }
   RandomQuantity quantity;
-  quantity.key = table.text("key");
-  table.rename(fmt::format("{}.{}", name, shown(quantity.key)));
+  quantity.key = table.required_text("key");
+  table.rename(fmt::format("{}.{}", tables.quantities, shown(quantity.key)));
   read_distribution(table, tables.of_controller, quantity);
   if (tables.of_controller) refuse_foreign(table, quantity.distribution);
-  if (table.find("use") != nullptr) {
-    const std::string use = table.text("use");
-    table.require(use == "estimated" || use == "considered", "use",
-                  "\"estimated\" or \"considered\"");
-    quantity.considered = use == "considered";
-  }
+  quantity.considered = table.word("use", {"estimated", "considered"}, "estimated") == "considered";
   return quantity;
 }
 
-Correlation read_correlation(const Value& value, const Prior& prior, const PriorTables& tables) {
-  const Table table(value, std::string(tables.correlations), {"between", "value"});
+Correlation read_correlation(const TableReader& table, const Prior& prior,
+                             const PriorTables& tables) {
+  table.only({"between", "value"});
   const Value& between = table.required("between");
   std::vector<std::string> keys;
   if (between.kind == Value::Kind::kArray) {
@@ -156,7 +88,7 @@ Correlation read_correlation(const Value& value, const Prior& prior, const Prior
   const bool two = keys.size() == 2 && keys[0] != keys[1] && prior.find(keys[0]) != nullptr &&
                    prior.find(keys[1]) != nullptr;
   table.require(two, "between", fmt::format("two keys of [[{}]]", tables.quantities));
-  const Correlation correlation{keys[0], keys[1], table.number("value")};
+  const Correlation correlation{keys[0], keys[1], table.required_number("value")};
   table.require(std::abs(correlation.value) < 1.0, "value", "above -1, below 1");
   return correlation;
 }
@@ -228,16 +160,15 @@ std::string not_carried(const Tissue& tissue, const std::string& key) {
 }  // namespace
 
 Prior read_prior(const Value& root, const PriorTables& tables) {
+  const TableReader file(root, "");
   Prior prior;
-  for (const Entry& entry : array(root, tables.quantities)) {
-    RandomQuantity quantity = read_quantity(entry.value, tables);
-    if (prior.find(quantity.key) != nullptr) {
-      refuse(*entry.value.find("key"), fmt::format("{}.key", tables.quantities), "each key once");
-    }
+  for (const TableReader& table : file.tables(tables.quantities)) {
+    RandomQuantity quantity = read_quantity(table, tables);
+    table.require(prior.find(quantity.key) == nullptr, "key", "each key once");
     prior.quantities.push_back(std::move(quantity));
   }
-  for (const Entry& entry : array(root, tables.correlations)) {
-    prior.correlations.push_back(read_correlation(entry.value, prior, tables));
+  for (const TableReader& table : file.tables(tables.correlations)) {
+    prior.correlations.push_back(read_correlation(table, prior, tables));
   }
   return prior;
 }

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "photocoag/config/source.hpp"
+#include "photocoag/config/table_reader.hpp"
 #include "photocoag/core/csv.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
@@ -20,23 +20,6 @@ namespace {
 
 constexpr std::size_t kLargestData = std::size_t{1} << 26;  // bytes
 
-double number_of(const Value& value, const std::string& key) {
-  if (value.kind == Value::Kind::kInteger) return static_cast<double>(value.integer);
-  if (value.kind == Value::Kind::kFloat) return value.number;
-  throw Error(
-      ErrorParts{.where = value.where, .key = key, .found = value.text, .accepted = "a number"});
-}
-
-std::vector<double> numbers_of(const Value& value, const std::string& key) {
-  if (value.kind != Value::Kind::kArray) {
-    throw Error(ErrorParts{
-        .where = value.where, .key = key, .found = value.text, .accepted = "an array of numbers"});
-  }
-  std::vector<double> numbers;
-  for (const Entry& entry : value.entries) numbers.push_back(number_of(entry.value, key));
-  return numbers;
-}
-
 }  // namespace
 
 CurveData load_curve(const std::string& file) {
@@ -48,38 +31,21 @@ CurveData load_curve(const std::string& file) {
                            .problem = "it is no calibration curve",
                            .accepted = "one table [curve]; docs/photoacoustics.md"});
   }
-  CurveData curve;
-  bool valid = false;
-  for (const Entry& entry : table->entries) {
-    const std::string key = "curve." + entry.key;
-    if (entry.key == "source" && entry.value.kind == Value::Kind::kString) {
-      curve.source = entry.value.string;
-    } else if (entry.key == "coefficients") {
-      curve.coefficients = numbers_of(entry.value, key);
-    } else if (entry.key == "temperatures_C") {
-      curve.temperatures = numbers_of(entry.value, key);
-    } else if (entry.key == "values") {
-      curve.values = numbers_of(entry.value, key);
-    } else if (entry.key == "valid_C") {
-      const std::vector<double> ends = numbers_of(entry.value, key);
-      valid = ends.size() == 2;
-      if (!valid) break;
-      curve.valid_from_celsius = ends[0];
-      curve.valid_to_celsius = ends[1];
-    } else {
-      throw Error(ErrorParts{
-          .where = entry.value.where,
-          .key = key,
-          .problem = "no such key, or of the wrong type",
-          .accepted = "source, coefficients, or temperatures_C with values, and valid_C"});
-    }
-  }
-  if (!valid) {
+  const TableReader keys(*table, "curve",
+                         {"source", "coefficients", "temperatures_C", "values", "valid_C"});
+  const std::vector<double> valid = keys.numbers("valid_C");
+  if (valid.size() != 2) {
     throw Error(ErrorParts{.where = file,
                            .key = "curve.valid_C",
                            .found = "not two temperatures",
                            .accepted = "[lowest, highest], deg C"});
   }
+  const CurveData curve{.source = keys.text("source"),
+                        .coefficients = keys.numbers("coefficients"),
+                        .temperatures = keys.numbers("temperatures_C"),
+                        .values = keys.numbers("values"),
+                        .valid_from_celsius = valid[0],
+                        .valid_to_celsius = valid[1]};
   GrueneisenCurve(curve, file);  // refuses what is no curve
   return curve;
 }

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
-#include <optional>
 #include <string_view>
 #include <utility>
 
-#include "photocoag/config/source.hpp"
+#include "photocoag/config/table_reader.hpp"
 #include "photocoag/config/usage.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
@@ -27,92 +25,6 @@ constexpr std::size_t kMostSpots = 1000;
 constexpr PriorTables kShared{"shared", "shared_correlation", false};
 constexpr PriorTables kVaried{"varied", "varied_correlation", false};
 
-[[noreturn]] void refuse(const Value& value, const std::string& key, std::string accepted) {
-  throw Error(ErrorParts{
-      .where = value.where, .key = key, .found = value.text, .accepted = std::move(accepted)});
-}
-
-/// A table of the file, its keys read by name.
-class TableReader {
- public:
-  TableReader(const Value& table, std::string name, std::initializer_list<std::string_view> keys)
-      : table_(table), name_(std::move(name)) {
-    if (table.kind != Value::Kind::kTable) refuse(table, name_, "a table");
-    for (const Entry& entry : table.entries) {
-      if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
-      throw Error(ErrorParts{.where = entry.value.where,
-                             .key = full(entry.key),
-                             .problem = "unknown key",
-                             .accepted = fmt::format("{}", fmt::join(keys, ", "))});
-    }
-  }
-
-  const Value* find(std::string_view key) const { return table_.find(key); }
-  std::string text(std::string_view key, std::string otherwise = {}) const {
-    const Value* value = find(key);
-    if (value == nullptr) return otherwise;
-    if (value->kind != Value::Kind::kString) refuse(*value, full(key), "a string");
-    return value->string;
-  }
-  bool flag(std::string_view key, bool otherwise) const {
-    const Value* value = find(key);
-    if (value == nullptr) return otherwise;
-    if (value->kind != Value::Kind::kBoolean) refuse(*value, full(key), "true or false");
-    return value->text == "true";
-  }
-  bool choice(std::string_view key, std::string_view no, std::string_view yes,
-              bool otherwise) const {
-    const std::string word = text(key, std::string(otherwise ? yes : no));
-    if (word != no && word != yes) {
-      refuse(*find(key), full(key), fmt::format("\"{}\" or \"{}\"", no, yes));
-    }
-    return word == yes;
-  }
-  std::optional<double> number(std::string_view key, double low, double high) const {
-    const Value* value = find(key);
-    if (value == nullptr) return std::nullopt;
-    const bool whole = value->kind == Value::Kind::kInteger;
-    const double number = whole ? static_cast<double>(value->integer) : value->number;
-    if ((!whole && value->kind != Value::Kind::kFloat) || !(number >= low && number <= high)) {
-      refuse(*value, full(key), fmt::format("a number from {:g} to {:g}", low, high));
-    }
-    return number;
-  }
-  std::optional<std::uint64_t> count(std::string_view key, std::int64_t low,
-                                     std::int64_t high) const {
-    const Value* value = find(key);
-    if (value == nullptr) return std::nullopt;
-    if (value->kind != Value::Kind::kInteger || value->integer < low || value->integer > high) {
-      refuse(*value, full(key), fmt::format("a whole number from {} to {}", low, high));
-    }
-    return static_cast<std::uint64_t>(value->integer);
-  }
-  std::vector<std::string> texts(std::string_view key) const {
-    std::vector<std::string> list;
-    const Value* value = find(key);
-    if (value == nullptr) return list;
-    if (value->kind != Value::Kind::kArray) refuse(*value, full(key), "an array of strings");
-    for (const Entry& entry : value->entries) {
-      if (entry.value.kind != Value::Kind::kString) refuse(entry.value, full(key), "a string");
-      list.push_back(entry.value.string);
-    }
-    return list;
-  }
-  /// Throws Error: the key is missing.
-  const Value& need(std::string_view key) const {
-    if (const Value* value = find(key)) return *value;
-    throw Error(
-        ErrorParts{.where = table_.where, .key = full(key), .problem = "the key is missing"});
-  }
-  std::string full(std::string_view key) const {
-    return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
-  }
-
- private:
-  const Value& table_;
-  std::string name_;
-};
-
 // What reference, duration and goal of a spot amount to.
 std::vector<std::string> goal_of(const TableReader& spot) {
   std::vector<std::string> set;
@@ -125,7 +37,7 @@ std::vector<std::string> goal_of(const TableReader& spot) {
   add("reference_K", "control.peak_reference_K");
   add("duration_ms", "run.duration_ms");
   if (spot.find("hold_ms") != nullptr && spot.find("dose") != nullptr) {
-    refuse(*spot.find("dose"), spot.full("dose"), "no dose beside hold_ms");
+    spot.refuse("dose", "no dose beside hold_ms");
   }
   if (spot.find("hold_ms") != nullptr) set.emplace_back("run.goal=hold");
   if (spot.find("dose") != nullptr) set.emplace_back("run.goal=dose");
@@ -140,7 +52,7 @@ void add_grid(const Value& table, std::vector<SpotPlan>& spots) {
   const TableReader grid(
       table, "grid",
       {"rows", "columns", "spacing_um", "reference_K", "duration_ms", "hold_ms", "dose"});
-  for (const char* key : {"rows", "columns", "spacing_um"}) grid.need(key);
+  for (const char* key : {"rows", "columns", "spacing_um"}) grid.required(key);
   const std::uint64_t rows = *grid.count("rows", 1, 26);
   const std::uint64_t columns = *grid.count("columns", 1, 99);
   const double spacing = *grid.number("spacing_um", 1.0, kFarthest_um) * 1e-6;
@@ -156,16 +68,13 @@ void add_grid(const Value& table, std::vector<SpotPlan>& spots) {
   }
 }
 
-void add_spot(const Value& table, std::vector<SpotPlan>& spots) {
-  const TableReader spot(
-      table, "spot",
-      {"name", "x_um", "y_um", "reference_K", "duration_ms", "hold_ms", "dose", "set"});
-  const Value& name = spot.need("name");
+void add_spot(const TableReader& spot, std::vector<SpotPlan>& spots) {
+  spot.only({"name", "x_um", "y_um", "reference_K", "duration_ms", "hold_ms", "dose", "set"});
   constexpr std::string_view kAllowed =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-  const std::string text = spot.text("name");
+  const std::string text = spot.required_text("name");
   if (text.empty() || text.size() > 40 || text.find_first_not_of(kAllowed) != std::string::npos) {
-    refuse(name, "spot.name", "1 to 40 letters, digits, - and _");
+    spot.refuse("name", "1 to 40 letters, digits, - and _");
   }
   SpotPlan plan{.name = text,
                 .x = spot.number("x_um", -kFarthest_um, kFarthest_um).value_or(0.0) * 1e-6,
@@ -174,7 +83,7 @@ void add_spot(const Value& table, std::vector<SpotPlan>& spots) {
   for (std::string& one : spot.texts("set")) plan.set.push_back(std::move(one));
   if (std::any_of(spots.begin(), spots.end(),
                   [&](const SpotPlan& other) { return other.name == text; })) {
-    refuse(name, "spot.name", "a name that no other spot has");
+    spot.refuse("name", "a name that no other spot has");
   }
   spots.push_back(std::move(plan));
 }
@@ -238,12 +147,9 @@ std::vector<Config> read_configs(Session& session) {
       Config config = load_config(session.config_file, set, use, unused);
       configs.push_back(for_device(std::move(config), session.place));
     } catch (const Error& error) {
-      throw Error(ErrorParts{
-          .where = fmt::format("{}: spot {}: {}", session.file, spot.name, error.parts().where),
-          .key = error.parts().key,
-          .problem = error.parts().problem,
-          .found = error.parts().found,
-          .accepted = error.parts().accepted});
+      ErrorParts parts = error.parts();
+      parts.where = fmt::format("{}: spot {}: {}", session.file, spot.name, parts.where);
+      throw Error(std::move(parts));
     }
     for (const UnusedKey& one : unused) {
       if (std::find(session.remarks.begin(), session.remarks.end(), one.key) ==
@@ -268,16 +174,15 @@ void read_session_table(const Value* table, Session& session) {
   session.set = keys.texts("set");
   session.device = keys.text("device");
   if (!session.device.empty()) session.place = parse_device(session.device);
-  if (keys.choice("pacing", "clock", "virtual", false)) {
-    if (!session.place.here())
-      refuse(keys.need("pacing"), "session.pacing", "\"clock\" on a device");
+  if (keys.word("pacing", {"clock", "virtual"}, "clock") == "virtual") {
+    keys.require(session.place.here(), "pacing", "\"clock\" on a device");
     session.place = virtual_eye();
   }
   session.pause = keys.number("pause_ms", 0.0, 3.6e6).value_or(0.0) * 1e-3;
   session.seed = keys.count("seed", 0, 1'000'000'000'000).value_or(1);
   session.learn = keys.flag("learn", false);
   session.learn_floor = keys.number("learn_floor", 0.005, 2.0).value_or(session.learn_floor);
-  session.ends_with_a_stop = !keys.choice("after_stop", "end", "continue", false);
+  session.ends_with_a_stop = keys.word("after_stop", {"end", "continue"}, "end") == "end";
 }
 
 void read_limits(const Value* table, SessionLimits& limits) {
@@ -295,10 +200,7 @@ void read_all(const Value& root, Session& session) {
   read_session_table(keys.find("session"), session);
   read_limits(keys.find("limits"), session.limits);
   if (const Value* grid = keys.find("grid")) add_grid(*grid, session.spots);
-  if (const Value* list = keys.find("spot")) {
-    if (list->kind != Value::Kind::kArray) refuse(*list, "spot", "[[spot]] tables");
-    for (const Entry& entry : list->entries) add_spot(entry.value, session.spots);
-  }
+  for (const TableReader& spot : keys.tables("spot")) add_spot(spot, session.spots);
   if (session.spots.empty() || session.spots.size() > kMostSpots) {
     throw Error(ErrorParts{.where = session.file,
                            .key = "spot",

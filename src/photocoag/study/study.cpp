@@ -1,53 +1,42 @@
 #include "photocoag/study/study.hpp"
 
+#include "photocoag/config/table_reader.hpp"
 #include "photocoag/core/error.hpp"
-#include "photocoag/study/study_table.hpp"
 
 namespace photocoag {
 namespace {
 
 namespace fs = std::filesystem;
 
-StudyRun read_run(const StudyTable& table) {
+StudyRun read_run(const TableReader& table) {
   table.only({"id", "label", "column", "set", "ink", "dash"});
-  StudyRun run{.id = table.required("id"),
+  StudyRun run{.id = table.required_text("id"),
                .label = table.text("label"),
                .column = table.text("column"),
                .set = table.texts("set"),
-               .ink = table.integer("ink", 1),
-               .dash = table.text("dash", "solid")};
+               .ink = table.integer("ink", 1, 6, 1),
+               .dash = table.word("dash", {"solid", "dashed", "dotted"}, "solid")};
   if (run.label.empty()) run.label = run.id;
-  if (run.ink < 1 || run.ink > 6) table.refuse_key("ink", "1 to 6");
-  if (run.dash != "solid" && run.dash != "dashed" && run.dash != "dotted") {
-    table.refuse_key("dash", "solid, dashed or dotted");
-  }
   return run;
 }
 
-Claim read_claim(const StudyTable& table) {
+Claim read_claim(const TableReader& table) {
   table.only(
       {"text", "holds_if", "in_truth", "differs", "cannot_judge", "needs", "expected", "whose"});
-  Claim claim{.text = table.required("text"),
+  Claim claim{.text = table.required_text("text"),
               .holds_if = table.text("holds_if"),
               .in_truth = table.text("in_truth"),
               .differs = table.text("differs"),
               .cannot_judge = table.text("cannot_judge"),
               .needs = table.text("needs"),
-              .expected = table.text("expected"),
-              .ours = table.text("whose", "paper") == "ours"};
+              .expected = table.word("expected", {"holds", "differs", "undecided"}, ""),
+              .ours = table.word("whose", {"paper", "ours"}, "paper") == "ours"};
   // What needs a run that may be missing says what then.
   if (claim.needs.empty() ? claim.holds_if.empty() == claim.cannot_judge.empty()
                           : claim.holds_if.empty() || claim.cannot_judge.empty()) {
     throw Error(ErrorParts{.key = "claim",
                            .problem = "needs either holds_if or cannot_judge; both with needs",
                            .found = claim.text});
-  }
-  if (const std::string whose = table.text("whose", "paper"); whose != "paper" && whose != "ours") {
-    table.refuse_key("whose", "paper or ours");
-  }
-  if (!claim.expected.empty() && claim.expected != "holds" && claim.expected != "differs" &&
-      claim.expected != "undecided") {
-    table.refuse_key("expected", "holds, differs or undecided");
   }
   return claim;
 }
@@ -65,43 +54,39 @@ std::vector<std::string> Study::overrides(const StudyRun& run) const {
 
 Study load_study(const fs::path& file) {
   const Value root = read_toml_file(file.string());
-  const StudyTable table(root, "");
+  const TableReader table(root, "");
   table.only({"kind", "title", "paper", "note", "base", "set", "view_ms", "draw", "difference_from",
               "horizons", "column", "run", "claim"});
   Study study{.id = file.stem().string(),
               .file = file,
               .kind = StudyKind::kClosedLoop,
-              .title = table.required("title"),
-              .paper = table.required("paper"),
+              .title = table.required_text("title"),
+              .paper = table.required_text("paper"),
               .note = table.text("note"),
               .base = {},
               .set = table.texts("set"),
               .view_ms = table.number("view_ms").value_or(60.0),
-              .experiment = table.text("draw", "truth") == "estimate",
+              .experiment = table.word("draw", {"truth", "estimate"}, "truth") == "estimate",
               .difference_from = table.text("difference_from"),
               .horizons = table.integers("horizons"),
               .columns = {},
               .runs = {},
               .claims = {}};
-  if (const std::string draw = table.text("draw", "truth"); draw != "truth" && draw != "estimate") {
-    table.refuse_key("draw", "truth or estimate");
-  }
-  const std::string kind = table.text("kind", "closed-loop");
-  if (kind == "computation-times") {
+  if (table.word("kind", {"closed-loop", "computation-times"}, "closed-loop") != "closed-loop") {
     study.kind = StudyKind::kComputationTimes;
-  } else if (kind != "closed-loop") {
-    table.refuse_key("kind", "closed-loop or computation-times");
   }
   if (const std::string base = table.text("base"); !base.empty()) {
     study.base = (file.parent_path() / base).lexically_normal().string();
   }
-  for (const StudyTable& column : table.tables("column")) {
+  for (const TableReader& column : table.tables("column")) {
     column.only({"id", "title", "set"});
-    study.columns.push_back({column.required("id"), column.required("title"), column.texts("set")});
+    study.columns.push_back(
+        {column.required_text("id"), column.required_text("title"), column.texts("set")});
   }
-  for (const StudyTable& run : table.tables("run")) study.runs.push_back(read_run(run));
+  for (const TableReader& run : table.tables("run")) study.runs.push_back(read_run(run));
   try {
-    for (const StudyTable& claim : table.tables("claim")) study.claims.push_back(read_claim(claim));
+    for (const TableReader& claim : table.tables("claim"))
+      study.claims.push_back(read_claim(claim));
   } catch (const Error& error) {
     throw error.at(file.string());
   }
@@ -110,16 +95,16 @@ Study load_study(const fs::path& file) {
 
 Plan load_plan(const fs::path& file) {
   const Value root = read_toml_file(file.string());
-  const StudyTable table(root, "");
+  const TableReader table(root, "");
   table.only({"studies", "seeds", "variation_seeds", "variation"});
   Plan plan{.studies = table.texts("studies"),
-            .seeds = table.integer("seeds", 20),
-            .variation_seeds = table.integer("variation_seeds", 4),
+            .seeds = table.integer("seeds", 0, 1000, 20),
+            .variation_seeds = table.integer("variation_seeds", 0, 1000, 4),
             .variations = {}};
-  for (const StudyTable& variation : table.tables("variation")) {
+  for (const TableReader& variation : table.tables("variation")) {
     variation.only({"id", "title", "set"});
     plan.variations.push_back(
-        {variation.required("id"), variation.required("title"), variation.texts("set")});
+        {variation.required_text("id"), variation.required_text("title"), variation.texts("set")});
   }
   return plan;
 }
