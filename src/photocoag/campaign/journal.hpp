@@ -14,6 +14,7 @@
 
 #include "photocoag/campaign/spot.hpp"
 #include "photocoag/campaign/spot_set.hpp"
+#include "photocoag/core/descriptor.hpp"
 
 namespace photocoag {
 
@@ -24,8 +25,6 @@ class Journal {
   /// changed).
   Journal(const std::filesystem::path& file, const Campaign& campaign);
   ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   const SpotSet& spots() const noexcept { return spots_; }
   /// Returns when the system has the block: a crash of the program loses nothing after that. To the
@@ -40,6 +39,9 @@ class Journal {
 
  private:
   void open_for(const Campaign& campaign);
+  [[noreturn]] void fail(const char* what) const;
+  // Fewer bytes: the end of the file.
+  std::size_t read_at(void* data, std::size_t bytes, std::uint64_t offset) const;
   // What is in the file comes to the disk, without waiting for it; what became of the last time.
   void begin_sync();
   void end_sync();
@@ -50,7 +52,7 @@ class Journal {
   std::string name_;
   std::uint64_t campaign_spots_;
   std::size_t block_size_;  // with the checksum
-  int file_ = -1;
+  Descriptor file_;
   std::uint64_t header_ = 0;  // bytes
   SpotSet spots_;
   std::chrono::steady_clock::time_point synced_;  // begun then

@@ -5,12 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <string>
 #include <utility>
-
-#include "photocoag/core/error.hpp"
 
 namespace photocoag {
 namespace {
@@ -18,18 +14,13 @@ namespace {
 constexpr std::size_t kLeastBuffer = 64;  // pairs of a run that are read at a time
 
 [[noreturn]] void fail(const std::filesystem::path& folder, const std::string& what) {
-  throw Error(ErrorParts{.where = folder.string(),
-                         .problem = "a temporary file " + what + ": " + std::strerror(errno)});
+  fail_by_errno(folder.string(), "a temporary file " + what);
 }
 
 }  // namespace
 
 PairSorter::PairSorter(std::filesystem::path folder, std::size_t in_memory)
     : folder_(std::move(folder)), in_memory_(in_memory) {}
-
-PairSorter::~PairSorter() {
-  if (file_ >= 0) close(file_);
-}
 
 void PairSorter::add(KeyedValue pair) {
   if (pairs_.size() == in_memory_) write_run();
@@ -38,27 +29,21 @@ void PairSorter::add(KeyedValue pair) {
 
 void PairSorter::write_run() {
   std::sort(pairs_.begin(), pairs_.end());
-  if (file_ < 0) {
+  if (!file_.open()) {
     std::string name = (folder_ / ".photocoag-XXXXXX").string();
-    file_ = mkostemp(name.data(), O_CLOEXEC);
-    if (file_ < 0) fail(folder_, "cannot be made");
+    file_ = Descriptor(mkostemp(name.data(), O_CLOEXEC));
+    if (!file_.open()) fail(folder_, "cannot be made");
     unlink(name.c_str());
   }
-  const char* data = reinterpret_cast<const char*>(pairs_.data());
-  std::size_t left = pairs_.size() * sizeof(KeyedValue);
-  while (left > 0) {
-    const ssize_t written = write(file_, data, left);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail(folder_, "cannot be written");
-    data += written;
-    left -= static_cast<std::size_t>(written);
+  if (!file_.write(pairs_.data(), pairs_.size() * sizeof(KeyedValue))) {
+    fail(folder_, "cannot be written");
   }
   ends_.push_back((ends_.empty() ? 0 : ends_.back()) + pairs_.size());
   pairs_.clear();
 }
 
 void PairSorter::finish() {
-  if (file_ < 0) {
+  if (!file_.open()) {
     std::sort(pairs_.begin(), pairs_.end());
     return;
   }
@@ -85,16 +70,9 @@ bool PairSorter::Cursor::fill(Run& run) const {
   const auto pairs = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_, run.end - run.at));
   run.buffer.resize(pairs);
   run.next = 0;
-  char* data = reinterpret_cast<char*>(run.buffer.data());
-  std::size_t left = pairs * sizeof(KeyedValue);
-  auto offset = static_cast<off_t>(run.at * sizeof(KeyedValue));
-  while (left > 0) {
-    const ssize_t got = pread(sorter_.file_, data, left, offset);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) fail(sorter_.folder_, "cannot be read");
-    data += got;
-    offset += got;
-    left -= static_cast<std::size_t>(got);
+  const std::size_t bytes = pairs * sizeof(KeyedValue);
+  if (!sorter_.file_.read_all_at(run.buffer.data(), bytes, run.at * sizeof(KeyedValue))) {
+    fail(sorter_.folder_, "cannot be read");
   }
   run.at += pairs;
   return pairs > 0;

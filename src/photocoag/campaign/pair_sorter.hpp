@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "photocoag/core/descriptor.hpp"
+
 namespace photocoag {
 
 struct KeyedValue {
@@ -23,9 +25,6 @@ class PairSorter {
   /// `folder`: for the file, which is made only if there are more than `in_memory` pairs, and is
   /// gone with the process, however that ends.
   explicit PairSorter(std::filesystem::path folder, std::size_t in_memory = kInMemory);
-  ~PairSorter();
-  PairSorter(const PairSorter&) = delete;
-  PairSorter& operator=(const PairSorter&) = delete;
 
   /// Throws Error if the file cannot be written.
   void add(KeyedValue pair);
@@ -61,7 +60,7 @@ class PairSorter {
   std::filesystem::path folder_;
   std::size_t in_memory_;
   std::vector<KeyedValue> pairs_;
-  int file_ = -1;
+  Descriptor file_;
   std::vector<std::uint64_t> ends_;  // of the runs in the file, in pairs
 };
 

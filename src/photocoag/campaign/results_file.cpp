@@ -3,18 +3,16 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "photocoag/core/build_info.hpp"
+#include "photocoag/core/descriptor.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/run_files/hdf5_file.hpp"
 
@@ -113,51 +111,22 @@ std::uint64_t write_frame(const fs::path& file, const Campaign& campaign, std::u
   return rows > 0 ? H5Dget_offset(table) : 0;
 }
 
-// A file that closes itself.
-class Descriptor {
- public:
-  Descriptor(const fs::path& file, int how) : name_(file.string()) {
-    number_ = open(name_.c_str(), how | O_CLOEXEC | O_NOFOLLOW);
-    if (number_ < 0) fail("cannot be opened");
-  }
-  ~Descriptor() { close(number_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+Descriptor open_table(const fs::path& file, int how) {
+  Descriptor opened(open(file.c_str(), how | O_CLOEXEC | O_NOFOLLOW));
+  if (!opened.open()) fail_by_errno(file.string(), "cannot be opened");
+  return opened;
+}
 
-  void write(const void* data, std::size_t bytes, std::uint64_t offset) const {
-    for (std::size_t done = 0; done < bytes;) {
-      const ssize_t now = pwrite(number_, static_cast<const char*>(data) + done, bytes - done,
-                                 static_cast<off_t>(offset + done));
-      if (now < 0 && errno == EINTR) continue;
-      if (now <= 0) fail("cannot be written");
-      done += static_cast<std::size_t>(now);
-    }
-  }
-  void read(void* data, std::size_t bytes, std::uint64_t offset) const {
-    for (std::size_t done = 0; done < bytes;) {
-      const ssize_t now = pread(number_, static_cast<char*>(data) + done, bytes - done,
-                                static_cast<off_t>(offset + done));
-      if (now < 0 && errno == EINTR) continue;
-      if (now == 0) errno = EIO;
-      if (now <= 0) fail("cannot be read");
-      done += static_cast<std::size_t>(now);
-    }
-  }
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(ErrorParts{.where = name_, .problem = what + ": " + std::strerror(errno)});
-  }
-
- private:
-  std::string name_;
-  int number_ = -1;
-};
-
-// Puts blocks into their rows. They come nearly in order: many neighbours are written at once.
+// Puts blocks into their rows of `table`. They come nearly in order: many neighbours are written at
+// once.
 class RowWriter {
  public:
-  RowWriter(const Descriptor& file, std::uint64_t offset, std::size_t row_size,
-            const SpotSet& spots)
-      : file_(file), offset_(offset), row_size_(row_size), row_of_(spots) {}
+  RowWriter(const fs::path& table, std::uint64_t offset, std::size_t row_size, const SpotSet& spots)
+      : name_(table.string()),
+        file_(open_table(table, O_WRONLY)),
+        offset_(offset),
+        row_size_(row_size),
+        row_of_(spots) {}
 
   void add(const double* block) {
     rows_.push_back({row_of_(std::bit_cast<std::uint64_t>(block[0])), rows_.size()});
@@ -173,8 +142,10 @@ class RowWriter {
         const double* const block = blocks_.data() + rows_[i].second * row_size_;
         run_.insert(run_.end(), block, block + row_size_);
       }
-      file_.write(run_.data(), run_.size() * sizeof(double),
-                  offset_ + first * row_size_ * sizeof(double));
+      if (!file_.write_at(run_.data(), run_.size() * sizeof(double),
+                          offset_ + first * row_size_ * sizeof(double))) {
+        fail_by_errno(name_, "cannot be written");
+      }
     }
     rows_.clear();
     blocks_.clear();
@@ -183,7 +154,8 @@ class RowWriter {
  private:
   static constexpr std::size_t kChunk = 8192;  // rows
 
-  const Descriptor& file_;
+  std::string name_;
+  Descriptor file_;
   std::uint64_t offset_;
   std::size_t row_size_;
   RowOfSpot row_of_;
@@ -206,8 +178,7 @@ void write_results(const fs::path& file, const Campaign& campaign, const Journal
     const std::uint64_t rows = journal.spots().size();
     const std::uint64_t offset = write_frame(part, campaign, rows);
     if (rows > 0) {
-      const Descriptor out(part, O_WRONLY);
-      RowWriter writer(out, offset, block_size(campaign.inputs.size()), journal.spots());
+      RowWriter writer(part, offset, block_size(campaign.inputs.size()), journal.spots());
       journal.for_each([&writer](const double* block) { writer.add(block); });
       writer.flush();
     }
@@ -232,10 +203,11 @@ SpotRows open_results(const fs::path& file, const Campaign& campaign) {
     rows.count = static_cast<std::uint64_t>(H5Sget_simple_extent_npoints(space));
     if (rows.count > 0) offset = H5Dget_offset(table);
   }
-  const auto in = std::make_shared<const Descriptor>(file, O_RDONLY);
-  rows.read = [in, offset, bytes = bytes_per_row(campaign)](std::uint64_t first, std::size_t count,
-                                                            double* blocks) {
-    in->read(blocks, count * bytes, offset + first * bytes);
+  const auto in = std::make_shared<const Descriptor>(open_table(file, O_RDONLY));
+  rows.read = [in, name = file.string(), offset, bytes = bytes_per_row(campaign)](
+                  std::uint64_t first, std::size_t count, double* blocks) {
+    if (in->read_all_at(blocks, count * bytes, offset + first * bytes)) return;
+    fail_by_errno(name, "cannot be read");
   };
   return rows;
 }

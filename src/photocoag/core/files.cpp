@@ -16,6 +16,7 @@
 #include <system_error>
 #include <utility>
 
+#include "photocoag/core/descriptor.hpp"
 #include "photocoag/core/error.hpp"
 
 namespace photocoag {
@@ -23,36 +24,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Descriptor {
- public:
-  explicit Descriptor(int number) noexcept : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const noexcept { return number_; }
-  bool close() noexcept { return ::close(std::exchange(number_, -1)) == 0; }
-
- private:
-  int number_;
-};
-
 std::string errno_text() { return std::generic_category().message(errno); }
 
 [[noreturn]] void fail_to_write(const std::string& path, std::string_view why) {
   throw Error(ErrorParts{.where = path, .problem = fmt::format("cannot be written: {}", why)});
-}
-
-bool write_all(int file, std::string_view content) noexcept {
-  while (!content.empty()) {
-    const ::ssize_t count = ::write(file, content.data(), content.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count == 0) errno = ENOSPC;
-    if (count <= 0) return false;
-    content.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
 }
 
 // Everything from the current position on; empty where that fails.
@@ -99,7 +74,7 @@ fs::path target_of(const std::string& path) {
 
 void write_into(int file, const std::string& path, std::string_view content) {
   std::fflush(nullptr);  // what was printed before comes before
-  if (!write_all(file, content)) fail_to_write(path, errno_text());
+  if (!write_all(file, content.data(), content.size())) fail_to_write(path, errno_text());
 }
 
 // A file of a new name in `folder`, open for writing, and its name.
@@ -181,7 +156,7 @@ void write_file(const std::string& path, std::string_view content) {
   Descriptor file(number);
   bool good = number >= 0;
   if (good && exists) keep_owner(number, old);
-  good = good && write_all(number, content) && file.close() &&
+  good = good && file.write(content.data(), content.size()) && file.close() &&
          ::rename(temporary.c_str(), target.c_str()) == 0;
   if (good) return;
   const std::string why = errno_text();

@@ -17,31 +17,12 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "photocoag/core/descriptor.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/stop_signal.hpp"
 
 namespace photocoag {
 namespace {
-
-// A file descriptor that closes itself.
-class Descriptor {
- public:
-  Descriptor() = default;
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
-
-  int get() const noexcept { return value_; }
-  bool open() const noexcept { return value_ >= 0; }
-  void set(int value) noexcept { value_ = value; }
-  void close() noexcept {
-    if (value_ >= 0) ::close(value_);
-    value_ = -1;
-  }
-
- private:
-  int value_ = -1;
-};
 
 // One direction of a child's standard streams: our end and the child's.
 struct Channel {
@@ -52,8 +33,8 @@ struct Channel {
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
       throw Error(std::string("cannot make a channel to another program: ") + std::strerror(errno));
-    ours.set(ends[0]);
-    theirs.set(ends[1]);
+    ours = Descriptor(ends[0]);
+    theirs = Descriptor(ends[1]);
   }
 };
 
@@ -61,9 +42,9 @@ class SpawnSettings {
  public:
   SpawnSettings(const Channel& in, const Channel& out, const Channel& err) {
     posix_spawn_file_actions_init(&actions_);
-    posix_spawn_file_actions_adddup2(&actions_, in.theirs.get(), STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions_, out.theirs.get(), STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions_, err.theirs.get(), STDERR_FILENO);
+    posix_spawn_file_actions_adddup2(&actions_, in.theirs.number(), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions_, out.theirs.number(), STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions_, err.theirs.number(), STDERR_FILENO);
     posix_spawnattr_init(&attributes_);
     sigset_t none;
     sigemptyset(&none);
@@ -87,7 +68,7 @@ class SpawnSettings {
 };
 
 void send_some(Descriptor& to, std::string_view& rest) {
-  const ssize_t sent = ::send(to.get(), rest.data(), rest.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  const ssize_t sent = ::send(to.number(), rest.data(), rest.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   if (sent >= 0) rest.remove_prefix(static_cast<std::size_t>(sent));
   const bool gone = sent < 0 && errno != EAGAIN && errno != EINTR;
   if (gone || rest.empty()) to.close();  // end of input; a child that has gone says why by its code
@@ -95,7 +76,7 @@ void send_some(Descriptor& to, std::string_view& rest) {
 
 void receive_some(Descriptor& from, std::string& text) {
   std::array<char, 65536> buffer;
-  const ssize_t got = ::read(from.get(), buffer.data(), buffer.size());
+  const ssize_t got = ::read(from.number(), buffer.data(), buffer.size());
   if (got > 0) text.append(buffer.data(), static_cast<std::size_t>(got));
   if (got == 0 || (got < 0 && errno != EINTR)) from.close();
 }
@@ -126,9 +107,9 @@ void exchange(Channel& in, Channel& out, Channel& err, std::string_view input,
               const Patience& patience, ProgramResult& result) {
   if (input.empty()) in.ours.close();
   while ((in.ours.open() || out.ours.open() || err.ours.open()) && !patience.over()) {
-    std::array<pollfd, 3> waiting = {pollfd{in.ours.get(), POLLOUT, 0},
-                                     pollfd{out.ours.get(), POLLIN, 0},
-                                     pollfd{err.ours.get(), POLLIN, 0}};
+    std::array<pollfd, 3> waiting = {pollfd{in.ours.number(), POLLOUT, 0},
+                                     pollfd{out.ours.number(), POLLIN, 0},
+                                     pollfd{err.ours.number(), POLLIN, 0}};
     if (::poll(waiting.data(), waiting.size(), patience.milliseconds(100)) < 0) continue;
     if (waiting[0].revents != 0) send_some(in.ours, input);
     if (waiting[1].revents != 0) receive_some(out.ours, result.output);

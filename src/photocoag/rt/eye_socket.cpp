@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "photocoag/core/descriptor.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/rt/clock.hpp"
 
@@ -78,24 +79,17 @@ class FolderLock {
  public:
   explicit FolderLock(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    descriptor_ = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    descriptor_ =
+        Descriptor(open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     const std::int64_t give_up = monotonic_ns() + 2'000 * kMs;
-    while (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-      if (monotonic_ns() > give_up) {
-        close(descriptor_);
-        refuse(path, "its folder is locked by another program", EBUSY);
-      }
+    while (descriptor_.open() && flock(descriptor_.number(), LOCK_EX | LOCK_NB) != 0) {
+      if (monotonic_ns() > give_up) refuse(path, "its folder is locked by another program", EBUSY);
       wait_until(monotonic_ns() + 10 * kMs);
     }
   }
-  ~FolderLock() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 void remove_unserved(const std::string& path) {

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -57,18 +56,10 @@ ClaimedFolder::ClaimedFolder(fs::path folder) : path_(std::move(folder)) {
   if (made != 0 && made != EEXIST) refuse_to_make(path_, {made, std::generic_category()});
   made_ = made == 0;
   check_run_folder(path_);
-  lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ < 0) refuse_to_make(path_, {errno, std::generic_category()});
-  try {
-    // A file system without locks leaves it at the check.
-    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      refuse(path_, "another run has just begun there", "a new or empty folder");
-    }
-    check_run_folder(path_);  // whoever held the lock before has written into it
-  } catch (...) {
-    ::close(lock_);
-    throw;
-  }
+  lock_ = Descriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!lock_.open()) refuse_to_make(path_, {errno, std::generic_category()});
+  if (!lock_.lock()) refuse(path_, "another run has just begun there", "a new or empty folder");
+  check_run_folder(path_);  // whoever held the lock before has written into it
 }
 
 ClaimedFolder ClaimedFolder::next_after(const fs::path& base) {
@@ -88,12 +79,11 @@ ClaimedFolder ClaimedFolder::next_after(const fs::path& base) {
 
 ClaimedFolder::~ClaimedFolder() {
   if (made_) ::rmdir(path_.c_str());  // unless there is something in it
-  if (lock_ >= 0) ::close(lock_);
 }
 
 ClaimedFolder::ClaimedFolder(ClaimedFolder&& other) noexcept
     : path_(std::move(other.path_)),
       made_(std::exchange(other.made_, false)),
-      lock_(std::exchange(other.lock_, -1)) {}
+      lock_(std::move(other.lock_)) {}
 
 }  // namespace photocoag

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include "photocoag/core/descriptor.hpp"
+
 namespace photocoag {
 
 /// Throws Error if `folder` exists and is not an empty folder. Creates nothing.
@@ -26,7 +28,7 @@ class ClaimedFolder {
  private:
   std::filesystem::path path_;
   bool made_ = false;
-  int lock_ = -1;
+  Descriptor lock_;
 };
 
 }  // namespace photocoag

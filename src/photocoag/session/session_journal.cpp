@@ -1,13 +1,11 @@
 #include "photocoag/session/session_journal.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "photocoag/core/error.hpp"
@@ -21,10 +19,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kSum = 16;  // digits of a line's checksum
 constexpr std::size_t kMostBytes = 256'000'000;
 
-[[noreturn]] void fail(const std::string& name, const std::string& what) {
-  throw Error(ErrorParts{.where = name, .problem = what + ": " + std::strerror(errno)});
-}
-
 std::string checksum(const std::string& text) { return sha256_hex(text).substr(0, kSum); }
 
 double system_seconds() {
@@ -35,10 +29,8 @@ double system_seconds() {
 // Its name in the folder is on the disk, too.
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  const int handle = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (handle < 0) return;
-  fsync(handle);
-  close(handle);
+  const Descriptor handle(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (handle.open()) fsync(handle.number());
 }
 
 std::string line_of(Json json, const std::string& event) {
@@ -54,25 +46,19 @@ SpotEnding SpotHistory::ending() const noexcept {
 }
 
 SessionJournal::SessionJournal(const std::filesystem::path& file, const Session& session)
-    : name_(file.string()), spots_(session.spots.size()) {
+    : name_(file.string()),
+      file_(open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644)),
+      spots_(session.spots.size()) {
   for (const SpotPlan& spot : session.spots) names_.push_back(spot.name);
-  file_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-  if (file_ < 0) fail(name_, "cannot be opened");
-  try {
-    if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      throw Error(ErrorParts{.where = name_,
-                             .problem = "another process runs this session",
-                             .accepted = "one at a time in a folder"});
-    }
-    read(session);
-    sync_folder(file);
-  } catch (...) {
-    close(file_);
-    throw;
+  if (!file_.open()) fail_by_errno(name_, "cannot be opened");
+  if (!file_.lock()) {
+    throw Error(ErrorParts{.where = name_,
+                           .problem = "another process runs this session",
+                           .accepted = "one at a time in a folder"});
   }
+  read(session);
+  sync_folder(file);
 }
-
-SessionJournal::~SessionJournal() { close(file_); }
 
 void SessionJournal::read(const Session& session) {
   const std::string content = read_file(name_, kMostBytes);
@@ -91,9 +77,9 @@ void SessionJournal::read(const Session& session) {
                            .problem = "a line is damaged: what was emitted is not known",
                            .accepted = "the journal as it was written, or a new folder"});
   }
-  if (ftruncate(file_, static_cast<off_t>(good)) != 0 ||
-      lseek(file_, static_cast<off_t>(good), SEEK_SET) < 0) {
-    fail(name_, "cannot be written");
+  if (ftruncate(file_.number(), static_cast<off_t>(good)) != 0 ||
+      lseek(file_.number(), static_cast<off_t>(good), SEEK_SET) < 0) {
+    fail_by_errno(name_, "cannot be written");
   }
   if (good == 0) {
     append(line_of({{"identity", session.identity()}}, "session"));
@@ -141,15 +127,8 @@ void SessionJournal::apply(const std::string& line, const Session& session) {
 
 void SessionJournal::append(const std::string& line) {
   const std::string text = checksum(line) + " " + line + "\n";
-  const char* data = text.data();
-  for (std::size_t left = text.size(); left > 0;) {
-    const ssize_t written = write(file_, data, left);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail(name_, "cannot be written");
-    data += written;
-    left -= static_cast<std::size_t>(written);
-  }
-  if (fsync(file_) != 0) fail(name_, "cannot be brought to the disk");
+  if (!file_.write(text.data(), text.size())) fail_by_errno(name_, "cannot be written");
+  if (fsync(file_.number()) != 0) fail_by_errno(name_, "cannot be brought to the disk");
 }
 
 double SessionJournal::elapsed() const {

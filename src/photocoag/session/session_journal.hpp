@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "photocoag/core/descriptor.hpp"
 #include "photocoag/session/attempt_outcome.hpp"
 #include "photocoag/session/session_file.hpp"
 
@@ -28,9 +29,6 @@ class SessionJournal {
   /// Opens or makes `file`, locks it, and reads what is there. Throws Error if another process has
   /// it, if it belongs to another session, or if a line before the last one is damaged.
   SessionJournal(const std::filesystem::path& file, const Session& session);
-  ~SessionJournal();
-  SessionJournal(const SessionJournal&) = delete;
-  SessionJournal& operator=(const SessionJournal&) = delete;
 
   const std::vector<SpotHistory>& spots() const noexcept { return spots_; }
   /// All attempts in their order.
@@ -59,7 +57,7 @@ class SessionJournal {
   void append(const std::string& line);
 
   std::string name_;
-  int file_ = -1;
+  Descriptor file_;
   bool continued_ = false;
   double begun_ = 0.0;  // s, system clock, of the first intent; 0: none
   std::vector<std::string> names_;
