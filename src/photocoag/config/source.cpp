@@ -182,23 +182,9 @@ const Value* Value::find(std::string_view key) const {
 }
 
 std::string_view kind_name(Value::Kind kind) noexcept {
-  switch (kind) {
-    case Value::Kind::kInteger:
-      return "an integer";
-    case Value::Kind::kFloat:
-      return "a number";
-    case Value::Kind::kBoolean:
-      return "a boolean";
-    case Value::Kind::kString:
-      return "a string";
-    case Value::Kind::kDate:
-      return "a date or time";
-    case Value::Kind::kArray:
-      return "an array";
-    case Value::Kind::kTable:
-      return "a table";
-  }
-  return "a value";
+  constexpr std::string_view names[] = {"an integer",     "a number", "a boolean", "a string",
+                                        "a date or time", "an array", "a table"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 Value read_toml_file(const std::string& file) {

@@ -4,7 +4,6 @@
 #include <initializer_list>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "photocoag/config/fields.hpp"
 #include "photocoag/core/error.hpp"
@@ -168,25 +167,9 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
 }
 
 bool same_value(const Field& a, const Field& b) {
-  if (const auto* n = std::get_if<NumberField>(&a.value)) {
-    return *n->value == *std::get<NumberField>(b.value).value;
-  }
-  if (const auto* n = std::get_if<NumbersField>(&a.value)) {
-    return *n->values == *std::get<NumbersField>(b.value).values;
-  }
-  if (const auto* i = std::get_if<IntegerField>(&a.value)) {
-    return i->get() == std::get<IntegerField>(b.value).get();
-  }
-  if (const auto* w = std::get_if<WordField>(&a.value)) {
-    return w->get() == std::get<WordField>(b.value).get();
-  }
-  if (const auto* t = std::get_if<TextField>(&a.value)) {
-    return *t->value == *std::get<TextField>(b.value).value;
-  }
-  return false;
+  return !value_text(a).empty() && value_text(a) == value_text(b);
 }
 
-// Keys with their default value: given or not, nothing is lost where they are not used.
 std::vector<std::string> at_default(const Config& config) {
   Config given = config;
   Config plain;

@@ -13,15 +13,8 @@ enum class Discretization {
 };
 
 constexpr std::string_view to_string(Discretization value) noexcept {
-  switch (value) {
-    case Discretization::kZeroOrderHold:
-      return "zero-order-hold";
-    case Discretization::kImplicitEuler:
-      return "implicit-euler";
-    case Discretization::kTrBdf2:
-      return "tr-bdf2";
-  }
-  return "";
+  constexpr std::string_view names[] = {"zero-order-hold", "implicit-euler", "tr-bdf2"};
+  return names[static_cast<std::size_t>(value)];
 }
 
 inline constexpr Discretization kDiscretizations[] = {

@@ -14,17 +14,8 @@ enum class UpdateStatus {
 };
 
 constexpr std::string_view to_string(UpdateStatus status) noexcept {
-  switch (status) {
-    case UpdateStatus::kUpdated:
-      return "updated";
-    case UpdateStatus::kNoSample:
-      return "no_sample";
-    case UpdateStatus::kOutlier:
-      return "outlier";
-    case UpdateStatus::kRestarted:
-      return "restarted";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"updated", "no_sample", "outlier", "restarted"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 // K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:

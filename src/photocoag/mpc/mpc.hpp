@@ -24,19 +24,9 @@ enum class MpcStatus {
 };
 
 constexpr std::string_view to_string(MpcStatus status) noexcept {
-  switch (status) {
-    case MpcStatus::kSolved:
-      return "solved";
-    case MpcStatus::kRelaxed:
-      return "limit_relaxed";
-    case MpcStatus::kFailed:
-      return "failed";
-    case MpcStatus::kKktFailed:
-      return "kkt_failed";
-    case MpcStatus::kStopped:
-      return "stopped";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"solved", "limit_relaxed", "failed", "kkt_failed",
+                                        "stopped"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 struct MpcResult {

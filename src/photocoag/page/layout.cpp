@@ -184,17 +184,8 @@ Ticks choose_ticks(double low, double high, double wanted) {
 }
 
 std::string_view dash_pattern(Dash dash) noexcept {
-  switch (dash) {
-    case Dash::kSolid:
-      return "";
-    case Dash::kDashed:
-      return "7,4";
-    case Dash::kDotted:
-      return "2,3";
-    case Dash::kDashDotted:
-      return "8,3,2,3";
-  }
-  return "";
+  constexpr std::string_view names[] = {"", "7,4", "2,3", "8,3,2,3"};
+  return names[static_cast<std::size_t>(dash)];
 }
 
 FigureLayout lay_out(const Figure& figure) {

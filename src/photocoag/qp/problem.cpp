@@ -92,19 +92,9 @@ void write_inner(const QpProblem& problem, const double* u, double kkt_residual,
 }
 
 std::string_view to_string(QpStatus status) noexcept {
-  switch (status) {
-    case QpStatus::kSolved:
-      return "solved";
-    case QpStatus::kInfeasible:
-      return "infeasible";
-    case QpStatus::kIterationLimit:
-      return "iteration-limit";
-    case QpStatus::kNumericalFailure:
-      return "numerical-failure";
-    case QpStatus::kKktFailed:
-      return "kkt-failed";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"solved", "infeasible", "iteration-limit",
+                                        "numerical-failure", "kkt-failed"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 }  // namespace photocoag

@@ -11,23 +11,10 @@
 namespace photocoag {
 
 std::string_view to_string(QuantityKind kind) noexcept {
-  switch (kind) {
-    case QuantityKind::kAbsorptionFactor:
-      return "absorption_factor";
-    case QuantityKind::kLayerThickness:
-      return "thickness";
-    case QuantityKind::kLayerAbsorption:
-      return "absorption";
-    case QuantityKind::kSpotRadius:
-      return "spot_radius";
-    case QuantityKind::kConductivity:
-      return "conductivity";
-    case QuantityKind::kTransmission:
-      return "transmission";
-    case QuantityKind::kCalibration:
-      return "calibration_factor";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"absorption_factor", "thickness",    "absorption",
+                                        "spot_radius",       "conductivity", "transmission",
+                                        "calibration_factor"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 Eigen::MatrixXd Belief::covariance_matrix() const {

@@ -20,15 +20,8 @@ void chebyshev(double x, int terms, TermVector& value, TermVector& slope) noexce
 }  // namespace
 
 std::string_view to_string(ThetaKind kind) noexcept {
-  switch (kind) {
-    case ThetaKind::kDeim:
-      return "deim";
-    case ThetaKind::kChebyshev:
-      return "chebyshev";
-    case ThetaKind::kTaylor:
-      return "taylor";
-  }
-  return "unknown";
+  constexpr std::string_view names[] = {"deim", "chebyshev", "taylor"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 void Theta::evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept {

@@ -16,17 +16,8 @@
 namespace photocoag {
 
 std::string_view name_of(ClaimVerdict verdict) noexcept {
-  switch (verdict) {
-    case ClaimVerdict::kHolds:
-      return "holds";
-    case ClaimVerdict::kDiffers:
-      return "differs";
-    case ClaimVerdict::kUndecided:
-      return "undecided";
-    case ClaimVerdict::kCannotJudge:
-      return "cannot be judged here";
-  }
-  return {};
+  constexpr std::string_view names[] = {"holds", "differs", "undecided", "cannot be judged here"};
+  return names[static_cast<std::size_t>(verdict)];
 }
 
 bool JudgedClaim::as_expected() const noexcept {

@@ -23,15 +23,8 @@ std::string_view to_string(VolumeTemperature value) noexcept {
 }
 
 std::string_view to_string(BeamProfile value) noexcept {
-  switch (value) {
-    case BeamProfile::kFlatTop:
-      return "flat-top";
-    case BeamProfile::kGaussian:
-      return "gaussian";
-    case BeamProfile::kTable:
-      return "table";
-  }
-  return "";
+  constexpr std::string_view names[] = {"flat-top", "gaussian", "table"};
+  return names[static_cast<std::size_t>(value)];
 }
 
 ThermalData Tissue::thermal(const Layer& layer) const noexcept {
