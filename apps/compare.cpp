@@ -48,9 +48,7 @@ const Command kCompare(
           .add_option("RUN", options.runs,
                       "run folders of treat or simulate, or folders of campaigns")
           .required();
-      command
-          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
-          .type_name("DIR");
+      add_new_folder(command, options.out);
       command.footer(
           footer("  photocoag compare runs/first runs/second --out runs/both\n"
                  "  photocoag compare runs/pareto-nominal runs/pareto-chance-1-percent"));

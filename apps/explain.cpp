@@ -55,9 +55,7 @@ const Command kExplain(
     explain_command, [](CommandLine& command, ExplainOptions& options) {
       command.add_option("FILE", options.file, "the search; default: the shipped one")
           .type_name("FILE");
-      command
-          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
-          .type_name("DIR");
+      add_new_folder(command, options.out);
       command.add_flag("--quick", options.quick, "few repetitions, no sensitivity");
       command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(

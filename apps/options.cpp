@@ -54,6 +54,24 @@ void add_cache(CommandLine& command, CommonOptions& options) {
                    "make the reduced model anew (the result is the same to the last bit)");
 }
 
+void add_new_folder(CommandLine& command, std::string& out) {
+  command.add_option("--out", out, "folder, new or empty; default: a new one below runs/")
+      .type_name("DIR");
+}
+
+void add_times(CommandLine& command, std::vector<double>& times, const char* description) {
+  constexpr double kLongest = 1e4;  // s
+  command
+      .add_text(
+          "--times",
+          [&times](const std::string& text) {
+            times = number_list("--times", text, 0.0, kLongest);
+          },
+          description)
+      .required()
+      .type_name("t1,t2,...");
+}
+
 std::string footer(std::string_view examples) {
   return fmt::format(
       "Examples:\n{}\n"

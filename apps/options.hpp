@@ -22,6 +22,10 @@ struct CommonOptions {
 void add_common(CommandLine& command, CommonOptions& options);
 /// --no-cache.
 void add_cache(CommandLine& command, CommonOptions& options);
+/// --out: a folder, new or empty; without it a new one below runs/.
+void add_new_folder(CommandLine& command, std::string& out);
+/// --times, which is required: s, by comma.
+void add_times(CommandLine& command, std::vector<double>& times, const char* description);
 /// What --help ends with: examples, exit codes, the notice.
 std::string footer(std::string_view examples);
 
@@ -29,9 +33,6 @@ std::string footer(std::string_view examples);
 Check number_from(double low, double high);
 /// An option's check: a whole number from `low` to `high`.
 Check whole_number_from(std::int64_t low, std::int64_t high);
-
-/// s, of --times.
-inline constexpr double kLongestTime = 1e4;
 
 /// An option's check: something is there. For what the configuration checks further.
 Check given();

@@ -66,9 +66,7 @@ const Command kReproduce(
     "reproduce",
     "every table and figure of the paper's results, with a verdict for each of its claims",
     reproduce_command, [](CommandLine& command, ReproduceCommandOptions& options) {
-      command
-          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
-          .type_name("DIR");
+      add_new_folder(command, options.out);
       command
           .add_option("--studies", options.studies,
                       "folder with plan.toml and the studies; default: the shipped ones")

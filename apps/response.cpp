@@ -79,15 +79,7 @@ const Command kResponse(
           .required()
           .check(number_from(0.0, 1e6))
           .type_name("W");
-      command
-          .add_text(
-              "--times",
-              [&options](const std::string& text) {
-                options.times = number_list("--times", text, 0.0, kLongestTime);
-              },
-              "times after switching on, s, by comma, in any order")
-          .required()
-          .type_name("t1,t2,...");
+      add_times(command, options.times, "times after switching on, s, by comma, in any order");
       command.add_option("--csv", options.csv, "output file; - is standard output")
           .type_name("FILE");
       command.footer(footer(

@@ -70,9 +70,7 @@ const Command kSweep(
       command.add_option("--seeds", options.seeds, "noise seeds per combination, from run.seed on")
           .check(whole_number_from(1, 1000))
           .type_name("N");
-      command
-          .add_option("--out", options.out, "folder, new or empty; default: a new one below runs/")
-          .type_name("DIR");
+      add_new_folder(command, options.out);
       command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
       command.footer(footer(
           "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"
