@@ -5,8 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <exception>
+#include <string_view>
+#include <vector>
 
+#include <fmi3_refuse.h>
 #include "photocoag/core/error.hpp"
 #include "photocoag/fmu/handles.hpp"
 #include "photocoag/fmu/instance.hpp"
@@ -70,6 +74,51 @@ void set_values(FmuInstance& instance, FmuType type, const std::uint32_t* refere
     instance.check_writable(type, references[i], value_of(values[i]));
   }
   for (std::size_t i = 0; i < n; ++i) instance.set_value(references[i], value_of(values[i]));
+}
+
+inline void require_known_categories(std::size_t n, const char* const* categories) {
+  require_given(n == 0 || categories != nullptr);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (categories[i] == nullptr || std::string_view(categories[i]) != FMU_LOG_CATEGORY) {
+      throw Error("unknown log category");
+    }
+  }
+}
+
+// States, which both standards pass as pointers to nothing in particular.
+
+inline void get_state(FmuInstance& instance, void** state) {
+  require_given(state != nullptr);
+  if (*state == nullptr) {
+    *state = const_cast<FmuState*>(instance.save_state());
+  } else {
+    instance.save_state(static_cast<FmuState*>(*state));
+  }
+}
+
+inline void free_state(FmuInstance& instance, void** state) {
+  require_given(state != nullptr);
+  instance.free_state(static_cast<FmuState*>(*state));
+  *state = nullptr;
+}
+
+inline void get_serialized_size(const FmuInstance& instance, void* state, std::size_t* size) {
+  require_given(size != nullptr);
+  *size = instance.serialized_size(static_cast<FmuState*>(state));
+}
+
+template <typename Byte>
+void serialize_state(const FmuInstance& instance, void* state, Byte* bytes, std::size_t size) {
+  const std::vector<std::uint8_t> all = instance.serialize(static_cast<FmuState*>(state));
+  require_given(bytes != nullptr && size == all.size());
+  std::memcpy(bytes, all.data(), size);
+}
+
+template <typename Byte>
+void deserialize_state(FmuInstance& instance, const Byte* bytes, std::size_t size, void** state) {
+  require_given(bytes != nullptr && state != nullptr);
+  *state = const_cast<FmuState*>(
+      instance.deserialize({reinterpret_cast<const std::uint8_t*>(bytes), size}));
 }
 
 }  // namespace photocoag

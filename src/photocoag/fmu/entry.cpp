@@ -64,25 +64,20 @@ fmi3Status set(fmi3Instance handle, const char* function, FmuType type,
 }  // namespace
 }  // namespace photocoag
 
-using photocoag::all;
-using photocoag::call;
-using photocoag::FmuInstance;
-using photocoag::FmuState;
-using photocoag::FmuType;
-using photocoag::require_given;
+using namespace photocoag;
 
 extern "C" {
 
 fmi3Status fmu_refuse(fmi3Instance handle, const char* function) {
   return call(handle, function, [](FmuInstance&) {
-    throw photocoag::Error("not supported by this FMU, which is for plain co-simulation");
+    throw Error("not supported by this FMU, which is for plain co-simulation");
   });
 }
 
 fmi3Status fmu_refuse_access(fmi3Instance handle, const char* function, size_t n, size_t n_values) {
   return call(handle, function, [&](FmuInstance&) {
     if (n == 0 && n_values == 0) return;
-    throw photocoag::Error("no variable of this FMU has that type");
+    throw Error("no variable of this FMU has that type");
   });
 }
 
@@ -94,17 +89,15 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          size_t n_intermediate, fmi3InstanceEnvironment environment,
                                          fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback) {
-  const photocoag::Importer importer{environment, log};
+  const Importer importer{environment, log};
   try {
     require_given(name != nullptr && token != nullptr && resources != nullptr);
     if (event_mode || n_intermediate > 0) {
-      throw photocoag::Error(
-          "no event mode and no intermediate variables: see modelDescription.xml");
+      throw Error("no event mode and no intermediate variables: see modelDescription.xml");
     }
-    auto open =
-        std::make_unique<photocoag::Open>(photocoag::Open{importer, FmuInstance(resources, token)});
+    auto open = std::make_unique<Open>(Open{importer, FmuInstance(resources, token)});
     fmi3Instance handle = all().add(std::move(open));
-    if (handle == nullptr) throw photocoag::Error("too many instances at a time");
+    if (handle == nullptr) throw Error("too many instances at a time");
     return handle;
   } catch (const std::exception& error) {
     importer.tell(__func__, error.what());
@@ -117,14 +110,7 @@ void fmi3FreeInstance(fmi3Instance handle) { all().remove(handle); }
 // Only errors are logged, and always.
 fmi3Status fmi3SetDebugLogging(fmi3Instance handle, fmi3Boolean, size_t n,
                                const fmi3String categories[]) {
-  return call(handle, __func__, [&](FmuInstance&) {
-    require_given(n == 0 || categories != nullptr);
-    for (size_t i = 0; i < n; ++i) {
-      if (categories[i] == nullptr || std::string(categories[i]) != FMU_LOG_CATEGORY) {
-        throw photocoag::Error("unknown log category");
-      }
-    }
-  });
+  return call(handle, __func__, [&](FmuInstance&) { require_known_categories(n, categories); });
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean, fmi3Float64,
@@ -149,32 +135,32 @@ fmi3Status fmi3Reset(fmi3Instance handle) {
 
 fmi3Status fmi3GetFloat64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                           fmi3Float64 values[], size_t n_values) {
-  return photocoag::get(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
+  return get(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
 }
 
 fmi3Status fmi3GetInt64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                         fmi3Int64 values[], size_t n_values) {
-  return photocoag::get(handle, __func__, FmuType::kInt64, references, n, values, n_values);
+  return get(handle, __func__, FmuType::kInt64, references, n, values, n_values);
 }
 
 fmi3Status fmi3GetBoolean(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                           fmi3Boolean values[], size_t n_values) {
-  return photocoag::get(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
+  return get(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                           const fmi3Float64 values[], size_t n_values) {
-  return photocoag::set(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
+  return set(handle, __func__, FmuType::kFloat64, references, n, values, n_values);
 }
 
 fmi3Status fmi3SetInt64(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                         const fmi3Int64 values[], size_t n_values) {
-  return photocoag::set(handle, __func__, FmuType::kInt64, references, n, values, n_values);
+  return set(handle, __func__, FmuType::kInt64, references, n, values, n_values);
 }
 
 fmi3Status fmi3SetBoolean(fmi3Instance handle, const fmi3ValueReference references[], size_t n,
                           const fmi3Boolean values[], size_t n_values) {
-  return photocoag::set(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
+  return set(handle, __func__, FmuType::kBoolean, references, n, values, n_values);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, fmi3Boolean,
@@ -193,14 +179,7 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance handle, fmi3FMUState* state) {
-  return call(handle, __func__, [&](FmuInstance& instance) {
-    require_given(state != nullptr);
-    if (*state == nullptr) {
-      *state = const_cast<FmuState*>(instance.save_state());
-    } else {
-      instance.save_state(static_cast<FmuState*>(*state));
-    }
-  });
+  return call(handle, __func__, [&](FmuInstance& instance) { get_state(instance, state); });
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance handle, fmi3FMUState state) {
@@ -209,35 +188,24 @@ fmi3Status fmi3SetFMUState(fmi3Instance handle, fmi3FMUState state) {
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance handle, fmi3FMUState* state) {
-  return call(handle, __func__, [&](FmuInstance& instance) {
-    require_given(state != nullptr);
-    instance.free_state(static_cast<FmuState*>(*state));
-    *state = nullptr;
-  });
+  return call(handle, __func__, [&](FmuInstance& instance) { free_state(instance, state); });
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance handle, fmi3FMUState state, size_t* size) {
-  return call(handle, __func__, [&](FmuInstance& instance) {
-    require_given(size != nullptr);
-    *size = instance.serialized_size(static_cast<FmuState*>(state));
-  });
+  return call(handle, __func__,
+              [&](FmuInstance& instance) { get_serialized_size(instance, state, size); });
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance handle, fmi3FMUState state, fmi3Byte bytes[],
                                  size_t size) {
-  return call(handle, __func__, [&](FmuInstance& instance) {
-    const std::vector<std::uint8_t> all_bytes = instance.serialize(static_cast<FmuState*>(state));
-    require_given(bytes != nullptr && size == all_bytes.size());
-    std::copy(all_bytes.begin(), all_bytes.end(), bytes);
-  });
+  return call(handle, __func__,
+              [&](FmuInstance& instance) { serialize_state(instance, state, bytes, size); });
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance handle, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState* state) {
-  return call(handle, __func__, [&](FmuInstance& instance) {
-    require_given(bytes != nullptr && state != nullptr);
-    *state = const_cast<FmuState*>(instance.deserialize({bytes, size}));
-  });
+  return call(handle, __func__,
+              [&](FmuInstance& instance) { deserialize_state(instance, bytes, size, state); });
 }
 
 }  // extern "C"

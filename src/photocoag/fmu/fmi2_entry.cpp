@@ -6,7 +6,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <fmi3_refuse.h>
 #include "photocoag/fmu/calls.hpp"
@@ -91,17 +90,7 @@ std::string folder_of(std::string_view uri) {
 }  // namespace
 }  // namespace photocoag
 
-using photocoag::all;
-using photocoag::call;
-using photocoag::Error;
-using photocoag::FmuState;
-using photocoag::FmuType;
-using photocoag::get_values;
-using photocoag::Open2;
-using photocoag::refuse;
-using photocoag::refuse_access;
-using photocoag::require_given;
-using photocoag::set_values;
+using namespace photocoag;
 
 extern "C" {
 
@@ -112,26 +101,18 @@ const char* fmi2GetVersion(void) { return FMI2_VERSION; }
 // Only errors are logged, and always.
 fmi2Status fmi2SetDebugLogging(fmi2Component handle, fmi2Boolean, size_t n,
                                const fmi2String categories[]) {
-  return call(handle, __func__, [&](Open2&) {
-    require_given(n == 0 || categories != nullptr);
-    for (size_t i = 0; i < n; ++i) {
-      if (categories[i] == nullptr || std::string_view(categories[i]) != FMU_LOG_CATEGORY) {
-        throw Error("unknown log category");
-      }
-    }
-  });
+  return call(handle, __func__, [&](Open2&) { require_known_categories(n, categories); });
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions* functions, fmi2Boolean, fmi2Boolean) {
-  photocoag::Importer2 importer{.functions = functions};
+  Importer2 importer{.functions = functions};
   try {
     require_given(name != nullptr && guid != nullptr && resources != nullptr &&
                   functions != nullptr);
     importer.name = name;
     if (type != fmi2CoSimulation) throw Error("this FMU is for co-simulation");
-    auto open = std::make_unique<Open2>(
-        Open2{importer, photocoag::FmuInstance(photocoag::folder_of(resources), guid)});
+    auto open = std::make_unique<Open2>(Open2{importer, FmuInstance(folder_of(resources), guid)});
     fmi2Component handle = all().add(std::move(open));
     if (handle == nullptr) throw Error("too many instances at a time");
     return handle;
@@ -226,14 +207,7 @@ fmi2Status fmi2SetString(fmi2Component handle, const fmi2ValueReference[], size_
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component handle, fmi2FMUstate* state) {
-  return call(handle, __func__, [&](Open2& open) {
-    require_given(state != nullptr);
-    if (*state == nullptr) {
-      *state = const_cast<FmuState*>(open.instance.save_state());
-    } else {
-      open.instance.save_state(static_cast<FmuState*>(*state));
-    }
-  });
+  return call(handle, __func__, [&](Open2& open) { get_state(open.instance, state); });
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component handle, fmi2FMUstate state) {
@@ -242,38 +216,24 @@ fmi2Status fmi2SetFMUstate(fmi2Component handle, fmi2FMUstate state) {
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component handle, fmi2FMUstate* state) {
-  return call(handle, __func__, [&](Open2& open) {
-    require_given(state != nullptr);
-    open.instance.free_state(static_cast<FmuState*>(*state));
-    *state = nullptr;
-  });
+  return call(handle, __func__, [&](Open2& open) { free_state(open.instance, state); });
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component handle, fmi2FMUstate state, size_t* size) {
-  return call(handle, __func__, [&](Open2& open) {
-    require_given(size != nullptr);
-    *size = open.instance.serialized_size(static_cast<FmuState*>(state));
-  });
+  return call(handle, __func__,
+              [&](Open2& open) { get_serialized_size(open.instance, state, size); });
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component handle, fmi2FMUstate state, fmi2Byte bytes[],
                                  size_t size) {
-  return call(handle, __func__, [&](Open2& open) {
-    const std::vector<std::uint8_t> all_bytes =
-        open.instance.serialize(static_cast<FmuState*>(state));
-    require_given(bytes != nullptr && size == all_bytes.size());
-    std::transform(all_bytes.begin(), all_bytes.end(), bytes,
-                   [](std::uint8_t byte) { return static_cast<fmi2Byte>(byte); });
-  });
+  return call(handle, __func__,
+              [&](Open2& open) { serialize_state(open.instance, state, bytes, size); });
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component handle, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate* state) {
-  return call(handle, __func__, [&](Open2& open) {
-    require_given(bytes != nullptr && state != nullptr);
-    *state = const_cast<FmuState*>(
-        open.instance.deserialize({reinterpret_cast<const std::uint8_t*>(bytes), size}));
-  });
+  return call(handle, __func__,
+              [&](Open2& open) { deserialize_state(open.instance, bytes, size, state); });
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component handle, const fmi2ValueReference[], size_t,
