@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kDigits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-// Of every byte the digit's value; 64: not a digit.
+// Value of each byte as a base64 digit; 64: not a digit.
 constexpr std::array<unsigned char, 256> kValues = [] {
   std::array<unsigned char, 256> values{};
   values.fill(64);

@@ -1,4 +1,4 @@
-// Role: setup; bytes as text (RFC 4648). Used by core (VTK files), page. Real-time promise: none.
+// Role: setup; base64 (RFC 4648). Used by core (VTK files), page. Real-time promise: none.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@ namespace photocoag {
 
 std::string base64(std::span<const unsigned char> bytes);
 
-/// Blanks and line ends are skipped. Throws Error naming `where` at any other character.
+/// Skips blanks and line ends. Throws Error naming `where` at any other character.
 std::vector<unsigned char> from_base64(std::string_view text, const std::string& where);
 
 }  // namespace photocoag

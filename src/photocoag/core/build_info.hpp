@@ -1,4 +1,4 @@
-// Role: everywhere; which program made a file.
+// Role: everywhere; identifies the build that wrote a file.
 #pragma once
 
 #include <string_view>
@@ -10,7 +10,7 @@ std::string_view version() noexcept;
 /// First 16 hexadecimal digits of a SHA-256 over all sources below src/: the code version.
 std::string_view source_hash() noexcept;
 
-/// The notice that every user-facing place carries.
+/// Shown wherever users look.
 inline constexpr std::string_view kResearchNotice =
     "Research software, not a medical device: not certified, not for use on humans.";
 

@@ -5,7 +5,7 @@
 
 namespace photocoag {
 
-/// Throws Error{key, found, accepted} unless `ok`. `accepted` says the range with its unit.
+/// Throws Error{key, found, accepted} unless `ok`. `accepted`: the range with its unit.
 void require(bool ok, std::string_view key, double found, std::string_view accepted);
 void require(bool ok, std::string_view key, std::string_view found, std::string_view accepted);
 

@@ -38,7 +38,7 @@ bool CsvReader::next() {
     }
     if (at >= end || (at + 1 < end && text_[at + 1] != ',')) {
       throw Error(ErrorParts{.where = place(),
-                             .problem = "a cell's quotes do not end where the cell does",
+                             .problem = "text after a closing quote, or no closing quote",
                              .accepted = "\"text\", with quotes in it doubled, in one line"});
     }
     cells_.emplace_back(text_.data() + begin, to - begin);

@@ -1,4 +1,5 @@
-// Role: offline and online; how a continuous-time model is sampled. Used by fom, rom and loop.
+// Role: offline and online; how a continuous-time model is sampled. Used by fom, mor, rom,
+// crosscheck, run, config.
 #pragma once
 
 #include <string_view>
@@ -9,7 +10,7 @@ namespace photocoag {
 enum class Discretization {
   kZeroOrderHold,  ///< exact: x+ = e^(Ah) x + A^-1 (e^(Ah) - I) B u
   kImplicitEuler,  ///< the paper's: x+ = (I - hA)^-1 (x + h B u); 12 % low after the first step
-  kTrBdf2,         ///< trapezoidal rule, then backward differences: second order, L-stable
+  kTrBdf2,         ///< trapezoidal rule, then BDF2: second order, L-stable
 };
 
 constexpr std::string_view to_string(Discretization value) noexcept {
@@ -30,8 +31,8 @@ struct TrBdf2 {
   static constexpr double kMix = 2.0 / (kGamma * (2.0 - kGamma));
   static constexpr double kLeastDecay = -0.207106781186547525;  // (1 - sqrt 2) / 2
 
-  /// What one step of length h leaves of a mode of rate l, exponent = l h; and what 1 W adds to it,
-  /// per h.
+  /// Decay factor of a mode of rate l over one step h, exponent = l h; and its gain per unit input,
+  /// divided by h.
   static constexpr double decay(double exponent) noexcept {
     const double stage = 1.0 / (1.0 + kShift * exponent);
     return (kMix * stage + 1.0 - kMix) * stage;

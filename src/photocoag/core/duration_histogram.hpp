@@ -1,4 +1,4 @@
-// Role: online; counts durations in bins of 1 us. Used by run, realtime_check, eye.
+// Role: online; a histogram of durations with 1 us bins. Used by run, realtime_check, eye.
 // Real time: add() and skip() are noexcept, allocation-free. Threads: one owner.
 #pragma once
 
@@ -9,8 +9,8 @@
 
 namespace photocoag {
 
-/// Bin k counts [k, k + 1) us. Every cycle is counted once: in a bin, above them, below 0, or as
-/// one that had no such duration.
+/// Bin k counts [k, k + 1) us. Every cycle is counted once: in a bin, as overflow, as negative, or
+/// as skipped (no such duration).
 class DurationHistogram {
  public:
   /// Bins up to two periods; period in s.

@@ -8,7 +8,7 @@
 
 namespace photocoag {
 
-/// What a person needs in order to mend a bad input. Any part may be empty.
+/// What the user needs to correct a bad input. Any part may be empty.
 struct ErrorParts {
   std::string where = {};  ///< file, file:line, or the command-line option the value came from
   std::string key = {};    ///< full key with its unit, e.g. "control.power_max_W"
@@ -26,7 +26,7 @@ class Error : public std::runtime_error {
 
   const ErrorParts& parts() const noexcept { return parts_; }
 
-  /// The same error, with the place it came from added (kept if there is one already).
+  /// The same error with `where` filled in, unless it is already set.
   Error at(std::string_view where) const;
 
  private:

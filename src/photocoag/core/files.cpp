@@ -58,7 +58,7 @@ std::optional<int> own_descriptor(const fs::path& path) {
   return number;
 }
 
-// What `path` names at the end of all symbolic links; it need not exist.
+// `path` with all symbolic links resolved; the target need not exist.
 fs::path target_of(const std::string& path) {
   constexpr int kMostLinks = 40;  // as the kernel
   fs::path target = path;
@@ -77,7 +77,7 @@ void write_into(int file, const std::string& path, std::string_view content) {
   if (!write_all(file, content.data(), content.size())) fail_to_write(path, errno_text());
 }
 
-// A file of a new name in `folder`, open for writing, and its name.
+// A new file in `folder`, open for writing, and its name.
 std::pair<int, std::string> new_file_in(const fs::path& folder) {
   static std::atomic<unsigned> next{0};
   constexpr int kMostTries = 1000;
@@ -91,7 +91,7 @@ std::pair<int, std::string> new_file_in(const fs::path& folder) {
   return {file, name};
 }
 
-// Only root can give a file away, and only then it would change hands.
+// Only root can change the owner, and only then would a rewrite change it.
 void keep_owner(int file, const struct stat& old) noexcept {
   if (::fchown(file, old.st_uid, old.st_gid) != 0) errno = 0;
   ::fchmod(file, old.st_mode & 07777U);
@@ -108,7 +108,7 @@ std::string read_file(const std::string& file, std::size_t max_bytes, std::strin
   };
   const auto refuse_errno = [&] { refuse("cannot be read: " + errno_text()); };
   if (file.find('\0') != std::string::npos) refuse("a zero byte in the name");
-  // Without waiting: opening a pipe that nobody writes to would otherwise hang.
+  // Non-blocking: opening a pipe without a writer would otherwise hang.
   const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
   if (descriptor.number() < 0) refuse_errno();
   struct stat status {};

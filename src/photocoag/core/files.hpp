@@ -1,5 +1,5 @@
-// Role: setup; reading and writing whole files with errors that name them. Used by config, rom,
-// run, report, tables, campaign.
+// Role: setup; reads and writes whole files; errors name them. Used by whatever reads or writes
+// files.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace photocoag {
 
-/// Content of a regular file of at most `max_bytes`. Never waits: a device or pipe is refused.
+/// Content of a regular file of at most `max_bytes`. Never blocks: a device or pipe is refused.
 /// Throws Error naming the file; `kind` (e.g. "TOML file") goes into what is accepted.
 std::string read_file(const std::string& file, std::size_t max_bytes,
                       std::string_view kind = "file");
@@ -19,13 +19,13 @@ std::string read_file(const std::string& file, std::size_t max_bytes,
 std::string plain_text(std::string content, const std::string& where);
 
 /// Writes a new file beside `path`, then renames it: readers see the old file or the new one, never
-/// half. A symbolic link stays and its target is replaced; a pipe, a terminal or another character
-/// device (/dev/null, /dev/stdout) is written to. The new file follows no link (O_EXCL) and gets
-/// the permissions of the old one. Throws Error.
+/// a partial one. A symbolic link stays and its target is replaced; a pipe, a terminal or another
+/// character device (/dev/null, /dev/stdout) is written to. The new file follows no link (O_EXCL)
+/// and gets the permissions of the old one. Throws Error.
 void write_file(const std::string& path, std::string_view content);
 
-/// What `write` puts into the file whose name it is given, a file in memory: for libraries that
-/// write nothing but named files. Throws Error, and what `write` throws.
+/// What `write` writes into the in-memory file whose name it gets: for libraries that write only to
+/// named files. Throws Error, and what `write` throws.
 std::string written_by(const std::function<void(const std::string& name)>& write);
 
 }  // namespace photocoag

@@ -1,12 +1,12 @@
-// Role: online; loops whose length the compiler knows, for the lengths that occur most. Used by qp,
-// estimation. A sum runs in the same order at either kind of length: the bits are the same. Real
-// time: noexcept, no heap.
+// Role: online; compile-time loop lengths for the most frequent sizes. Used by qp, mpc, estimation,
+// safety. Sums run in the same order with a fixed and a variable length, so the results are
+// bit-identical. Real time: noexcept, no heap.
 #pragma once
 
 #include <type_traits>
 
-// Before a loop of a length that may be known: then it is written out, which beats vectors where
-// the next loop starts one further.
+// Put before a loop whose length may be a constant: full unrolling beats vectorization in
+// triangular loops.
 #if defined(__clang__)
 #define PHOTOCOAG_UNROLLED _Pragma("unroll 9")
 #elif defined(__GNUC__)
@@ -18,7 +18,7 @@
 namespace photocoag {
 
 /// work(length), where length is std::integral_constant<int, n> if n is among `Lengths`, else the
-/// int n: `const int m = length;` is then a constant, or not.
+/// int n. Write `const int m = length;`.
 template <int First, int... Lengths, typename Work>
 inline auto for_length(int n, const Work& work) noexcept {
   if (n == First) return work(std::integral_constant<int, First>{});

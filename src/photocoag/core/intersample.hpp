@@ -1,5 +1,5 @@
-// Role: simulation and setup; when within its period a power acts and a sample is taken. Used by
-// the simulated eyes (fom, rom), by models that know of it and by the observer. Source:
+// Role: simulation and setup; when within a period the power acts and the sample is taken. Used by
+// the simulated eyes (fom, rom), the controller's model, estimation, run and config. Source:
 // docs/equations.md (E29). Units: fractions of the control period. Real time: noexcept, no
 // allocation.
 #pragma once
@@ -11,8 +11,8 @@
 namespace photocoag {
 
 /// A power written for period n acts from power_lag after the period's start to power_lag after its
-/// end. The sample of period n is the mean over `averaging`, or the value if that is 0, up to
-/// sample_lag before the period's end. All from 0 to 1.
+/// end. The sample of period n is the mean over a window of length `averaging` (0: the
+/// instantaneous value) that ends sample_lag before the period's end. Each from 0 to 1.
 struct IntersampleTiming {
   double averaging = 0.0;
   double sample_lag = 0.0;
@@ -23,22 +23,23 @@ struct IntersampleTiming {
   bool operator==(const IntersampleTiming&) const = default;
 };
 
-/// Fractions of the time in which one power acts; an instant if equal.
+/// A window within the time in which one power acts, as fractions of it; an instant if begin ==
+/// end.
 struct Window {
   double begin = 1.0;
   double end = 1.0;
 };
 
-/// What a sample sees of the power that acts now, of the one before and of the one before that:
-/// the sample is sum share[k] * (mean of the volume temperature over window[k] of power n - k).
+/// How a sample spans the current and the two previous powers: it is sum_k share[k] * (mean volume
+/// temperature over window[k] of power n - k).
 struct SampleWindows {
   static constexpr int kMost = 3;
   std::array<double, kMost> share{};
   std::array<Window, kMost> window{};
 };
 
-/// With time counted from the moment at which a power begins to act, the period ends at
-/// 1 - power_lag and the sample's window at 1 - power_lag - sample_lag.
+/// With time counted from the moment a power begins to act, the period ends at 1 - power_lag and
+/// the sample's window at 1 - power_lag - sample_lag.
 inline SampleWindows sample_windows(const IntersampleTiming& timing) noexcept {
   const double end = 1.0 - timing.power_lag - timing.sample_lag;
   const double begin = end - timing.averaging;
@@ -58,14 +59,14 @@ inline SampleWindows sample_windows(const IntersampleTiming& timing) noexcept {
   return seen;
 }
 
-/// Mean over the window of exp(-x t), x = rate times period: what is left of a mode.
+/// Mean over the window of exp(-x t), x = rate * period: the mean decay of a mode.
 inline double mean_decay(double exponent, Window window) noexcept {
   const double left = std::exp(-exponent * window.begin);
   const double span = exponent * (window.end - window.begin);
   return span == 0.0 ? left : left * (-std::expm1(-span) / span);
 }
 
-/// Mean over the window of 1 - exp(-x t), x > 0: how far a mode has come to its steady state.
+/// Mean over the window of 1 - exp(-x t), x > 0: how close a mode is to its steady state.
 inline double mean_rise(double exponent, Window window) noexcept {
   if (window.begin == window.end) return -std::expm1(-exponent * window.end);
   // (1 - mean decay) without cancellation where x is small: the mean of 1 - exp(-x t) over the
@@ -76,8 +77,8 @@ inline double mean_rise(double exponent, Window window) noexcept {
   return -std::expm1(-exponent * window.begin) + std::exp(-exponent * window.begin) * rest;
 }
 
-/// The true alpha after `time`, s: relative change `drift`, 1/s, of its first value, kept within
-/// what a configuration may say of it.
+/// The true alpha after `time`, s: first * (1 + drift * time), drift in 1/s, clamped to the range
+/// that the configuration accepts.
 inline double drifted_absorption(double first, double drift, double time) noexcept {
   return std::clamp(first * (1.0 + drift * time), 0.05, 5.0);
 }

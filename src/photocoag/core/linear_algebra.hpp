@@ -1,7 +1,7 @@
-// Role: setup; matrix decompositions. The one place that compiles Eigen's: they take seconds in
-// every file that includes them, and nothing else of the code does (tests/architecture). Used by
-// all that prepares. Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.;
-// Eigen 3.4. Real time: no, except cholesky_diagonal.
+// Role: setup; matrix decompositions. The only place that compiles Eigen's, which cost seconds in
+// every file that includes them (enforced by tests/architecture). Used by all setup code. Source:
+// G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.; Eigen 3.4. Real time: no, except
+// cholesky_diagonal.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace photocoag {
 
-/// Where doubles are too short.
+/// Where double precision is not enough.
 using LongMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
@@ -25,17 +25,17 @@ struct Svd {
   Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> V;
 };
 
-/// By Jacobi's rotations: small singular values are accurate too.
+/// By Jacobi rotations: small singular values are accurate too.
 Svd<double> svd(const Eigen::MatrixXd& A);
-/// The same of a square matrix.
+/// The same for a square matrix.
 Svd<long double> square_svd(const LongMatrix& A);
 /// Without V.
 Svd<double> left_svd(const Eigen::MatrixXd& A);
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A);
 Eigen::VectorXd square_singular_values(const Eigen::MatrixXcd& A);
-/// By divide and conquer: faster from some 16 columns on.
+/// By divide and conquer: faster from about 16 columns on.
 Svd<double> large_svd(const Eigen::MatrixXd& A);
-/// The shortest x of all that minimise |A x - b|; singular values below `threshold` times the
+/// The minimum-norm x that minimises |A x - b|; singular values below `threshold` times the
 /// largest count as 0.
 Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                        double threshold);
@@ -59,7 +59,7 @@ Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& A);
 SymmetricEigen<double> tridiagonal_eigen(const Eigen::VectorXd& diagonal,
                                          const Eigen::VectorXd& off_diagonal);
 
-/// A vectors = vectors diag(values), in no order; vectors of length 1. All NaN if not converged.
+/// A vectors = vectors diag(values), unordered; unit vectors. All NaN if not converged.
 struct GeneralEigen {
   Eigen::VectorXcd values;
   Eigen::MatrixXcd vectors;
@@ -79,8 +79,8 @@ struct QrFactors {
 };
 
 QrFactors qr(const Eigen::MatrixXd& A);
-/// An orthonormal basis of A's columns without those that add less than `threshold` times the
-/// largest pivot.
+/// An orthonormal basis of A's column space; pivots below `threshold` times the largest are
+/// dropped.
 Eigen::MatrixXd column_basis(const Eigen::MatrixXd& A, double threshold);
 /// The columns of A in the order in which a pivoted QR takes them.
 std::vector<Eigen::Index> pivoted_columns(const Eigen::MatrixXd& A);
@@ -88,7 +88,7 @@ std::vector<Eigen::Index> pivoted_columns(const Eigen::MatrixXd& A);
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-// Square systems; the matrix is regular.
+// Square systems; the matrix is non-singular.
 
 /// P A = L U, L and U in one matrix.
 class LuFactors {
@@ -110,8 +110,8 @@ Eigen::VectorXd solve_transposed(const Eigen::MatrixXd& A, const Eigen::VectorXd
 /// B A^-1.
 Eigen::MatrixXd solve_from_right(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& A);
-/// A^-1 b, improved once by its residual; where A is singular, pivots below `threshold` times the
-/// largest count as 0 and their unknowns are 0.
+/// A^-1 b with one step of iterative refinement; where A is singular, pivots below `threshold`
+/// times the largest count as 0 and their unknowns are 0.
 LongVector solve_rank_revealing(const LongMatrix& A, const LongVector& b, long double threshold);
 /// e^A.
 Eigen::MatrixXd exponential(const Eigen::MatrixXd& A);

@@ -2,10 +2,10 @@
 
 #include <Eigen/SVD>
 
-// Of a matrix that is not square JacobiSVD takes a QR first. Eigen 3.4 destroys that QR before it
-// makes the next in its place: where memory is refused in between, what is gone is freed once more
-// and the program ends with a signal. Here the QR is made when it is needed; the numbers are the
-// same. This file alone compiles Eigen's SVD, so no other sees the old one.
+// JacobiSVD preconditions a non-square matrix by a QR. Eigen 3.4 destroys the old QR object before
+// it constructs the new one in its place: if that allocation fails, the old one is freed twice and
+// the program crashes. Here the QR is made when needed; the numbers are the same. Only this file
+// compiles Eigen's SVD, so no other sees the original.
 namespace Eigen::internal {
 
 using SvdOfDoubles = JacobiSVD<MatrixXd, ColPivHouseholderQRPreconditioner>;

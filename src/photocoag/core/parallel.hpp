@@ -14,17 +14,17 @@
 
 namespace photocoag {
 
-/// As many threads as are asked for; 0: as there are cores.
+/// `asked` threads; 0: one per core.
 inline unsigned thread_count(unsigned asked = 0) {
   return asked > 0 ? asked : std::max(1U, std::thread::hardware_concurrency());
 }
 
-/// Threads that make a result of every item. After a failure no further item is begun. The
-/// destructor lets those that are begun end, and leaves out the rest.
+/// A thread pool that turns items into results. After a failure no further item is started. The
+/// destructor waits for started items and drops the rest.
 template <typename Item, typename Result>
 class Workers {
  public:
-  /// `make_worker()` is called once on each thread, its answer with one item after the other.
+  /// `make_worker()` is called once per thread; the function it returns is then called per item.
   template <typename MakeWorker>
   Workers(unsigned threads, MakeWorker make_worker) {
     try {
@@ -48,7 +48,7 @@ class Workers {
     }
     wake_.notify_one();
   }
-  /// Forgets what no thread has begun.
+  /// Drops the items that no thread has started.
   void clear() {
     const std::lock_guard lock(mutex_);
     waiting_.clear();
@@ -57,18 +57,18 @@ class Workers {
     const std::lock_guard lock(mutex_);
     return waiting_.size();
   }
-  /// Nothing waits, is under way or is to be taken.
+  /// True if nothing is waiting, running or ready to take.
   bool idle() {
     const std::lock_guard lock(mutex_);
     return waiting_.empty() && busy_ == 0 && finished_.empty();
   }
-  /// What has become finished since. Throws the first failure again.
+  /// Results finished since the last call. Rethrows the first failure.
   std::vector<Result> take() {
     const std::lock_guard lock(mutex_);
     if (failure_) std::rethrow_exception(failure_);
     return std::exchange(finished_, {});
   }
-  /// take(), as soon as there is something to take; at once if nothing is under way.
+  /// Blocks until there is something to take, then take(); returns at once if nothing is running.
   std::vector<Result> wait() {
     {
       std::unique_lock lock(mutex_);
@@ -127,9 +127,9 @@ class Workers {
   std::vector<std::thread> threads_;
 };
 
-/// task(0), ..., task(count - 1), each once, in any order, on as many threads as there are cores.
-/// The first exception is thrown again after all threads have ended; tasks not yet begun are left
-/// out. `progress(done)` is told on the calling thread how many have ended, `count` last.
+/// task(0), ..., task(count - 1), each once, in any order, on one thread per core. The first
+/// exception is rethrown after all threads have ended; tasks not yet started are dropped.
+/// `progress(done)` runs on the calling thread, last with `count`.
 void for_each_in_parallel(std::size_t count, const auto& task, const auto& progress) {
   const auto threads = static_cast<unsigned>(std::min<std::size_t>(thread_count(), count));
   Workers<std::size_t, std::size_t> workers(threads, [&task] {

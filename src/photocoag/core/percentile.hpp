@@ -1,4 +1,4 @@
-// Role: setup; the one percentile of samples. Used by run, campaign, apps, benchmarks.
+// Role: setup; the one percentile of samples. Used by run, population, study, apps, benchmarks.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace photocoag {
 
-/// The value below which `fraction` (0 to 1) of the values lie, by nearest rank. At least one
-/// value.
+/// The value below which `fraction` (0 to 1) of the values lie, by nearest rank. Precondition: not
+/// empty.
 template <typename T>
 T percentile(std::vector<T> values, double fraction) {
   std::sort(values.begin(), values.end());

@@ -81,7 +81,7 @@ void receive_some(Descriptor& from, std::string& text) {
   if (got == 0 || (got < 0 && errno != EINTR)) from.close();
 }
 
-// When waiting ends: its time is over, or somebody asks the program to stop.
+// Waiting ends on a timeout or a stop request.
 class Patience {
  public:
   explicit Patience(double seconds)
@@ -90,7 +90,7 @@ class Patience {
 
   bool stopped() const noexcept { return stop_requests() != stops_; }
   bool over() const noexcept { return stopped() || Clock::now() >= end_; }
-  // A signal that comes between the look at it and the wait is seen a moment later.
+  // A signal that arrives between the check and the wait is noticed at the next check.
   int milliseconds(int at_most) const noexcept {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - Clock::now()).count();
     return static_cast<int>(std::clamp<std::int64_t>(left, 0, at_most));

@@ -1,4 +1,4 @@
-// Role: setup; how far a long computation is. Used by mor, run, population, study, certify, apps.
+// Role: setup; progress of a long computation. Used by mor, study, certify, apps.
 #pragma once
 
 #include <functional>

@@ -1,7 +1,6 @@
-// Role: simulation; counter-based random numbers: the value depends on (seed, cycle, stream) alone,
-// never on how many were drawn before. Generator: Philox 4x32-10 of the Random123 library (Salmon
-// et al., "Parallel random numbers: as easy as 1, 2, 3", SC'11). Real time: noexcept, no
-// allocation.
+// Role: simulation; counter-based random numbers: a value depends on (seed, cycle, stream) alone,
+// not on earlier draws. Generator: Philox 4x32-10 of the Random123 library (Salmon et al.,
+// "Parallel random numbers: as easy as 1, 2, 3", SC'11). Real time: noexcept, no allocation.
 #pragma once
 
 #include <cstdint>

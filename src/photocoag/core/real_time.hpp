@@ -14,7 +14,7 @@
 #define PHOTOCOAG_NONBLOCKING
 #endif
 
-// True in a build whose marked functions are watched.
+// 1 in a build that checks the marked functions.
 #if defined(__has_feature)
 #if __has_feature(realtime_sanitizer)
 #define PHOTOCOAG_RTSAN 1

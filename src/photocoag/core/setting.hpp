@@ -1,7 +1,7 @@
 // Role: setup; one row per key of the configuration: key, unit, range, words and meaning, bound to
-// the variable it sets. Beside each settings aggregate stands its fields(), from which everything
-// is made: reading, printing, schema, documentation and the check of the range. Used by every
-// settings aggregate, config. Keys carry the unit, the variables are SI.
+// the variable it sets. Each settings aggregate has a fields_of(): reading, printing, schema,
+// documentation and range checks all come from it. Used by every settings aggregate, config. Keys
+// carry the unit, the variables are SI.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct Unit {
   int exponent = 0;
 };
 
-/// In the key's unit.
+/// Bounds in the key's unit.
 struct Range {
   double low;
   double high;
@@ -37,7 +37,7 @@ struct NumberField {
   Unit unit;
   Range range;
 };
-/// Not given: printed nowhere, the meaning says what holds instead.
+/// A key that may be absent: then it is not printed, and the meaning says what holds instead.
 struct OptionalNumberField {
   std::optional<double>* value;
   Unit unit;
@@ -58,7 +58,7 @@ struct WordField {
   std::vector<std::string_view> words;
   std::function<std::size_t()> get;  ///< index of the word
   std::function<void(std::size_t)> set;
-  std::vector<std::string_view> unavailable = {};  ///< known words that this build cannot serve
+  std::vector<std::string_view> unavailable = {};  ///< known words that this build does not support
 };
 struct TextField {
   std::string* value;
@@ -76,7 +76,7 @@ struct Field {
   std::string_view meaning;
 };
 
-/// Rows below one prefix, "control" say.
+/// Rows below one prefix, e.g. "control".
 class FieldTable {
  public:
   explicit FieldTable(std::string_view prefix) : prefix_(prefix) {}
@@ -133,11 +133,10 @@ std::string accepted(const Field& field);
 /// The range alone, for comments: "0.05 to 100 ms".
 std::string range_text(const Field& field);
 
-/// Throws Error{key, found, accepted} unless every number of the fields is finite and within its
-/// range.
+/// Throws Error{key, found, accepted} unless every number is finite and within its range.
 void require_in_range(const std::vector<Field>& fields);
 
-/// The units of more than one key.
+/// Units that several keys share.
 namespace units {
 inline constexpr Unit kOne{""};
 inline constexpr Unit kMilliseconds{"ms", -3};

@@ -1,4 +1,5 @@
-// Role: setup and studies; functions of probability that the standard library lacks. Real time: no.
+// Role: setup and studies; special functions that the standard library lacks. Used by estimation.
+// Real time: no.
 #pragma once
 
 namespace photocoag {

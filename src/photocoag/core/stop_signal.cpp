@@ -31,7 +31,7 @@ void ask_to_stop() noexcept { requested.store(true, std::memory_order_relaxed); 
 
 void forget_stop() noexcept {
   requested.store(false);
-  if (requests.load() > 0) requested.store(true);  // it came meanwhile, or before
+  if (requests.load() > 0) requested.store(true);  // a signal's request stays
 }
 
 int stop_requests() noexcept { return requests.load(std::memory_order_relaxed); }

@@ -1,4 +1,5 @@
-// Role: everywhere; the wish to stop, from outside the program. Used by the commands, process.cpp.
+// Role: everywhere; stop requests from outside the program. Used by the commands, fault_table,
+// process.cpp.
 // Real-time promise: reading is one atomic load.
 #pragma once
 
@@ -8,19 +9,19 @@
 
 namespace photocoag {
 
-/// From now on these signals ask to stop instead of ending the program. One that the caller has
-/// the program ignore (nohup) stays ignored. May be called again.
+/// From now on these signals request a stop instead of ending the program. A signal that is already
+/// ignored (nohup) stays ignored. May be called again.
 void stop_on_signals(std::initializer_list<int> signals = {SIGINT, SIGTERM, SIGHUP}) noexcept;
 
-/// True once any of them has come.
+/// True once a stop has been requested.
 const std::atomic<bool>& stop_requested() noexcept;
 
-/// How many have come.
+/// Number of signals received.
 int stop_requests() noexcept;
 
-/// A wish without a signal, from any thread; it counts as none that has come.
+/// Requests a stop without a signal, from any thread; not counted by stop_requests().
 void ask_to_stop() noexcept;
-/// Takes such a wish back; not that of a signal.
+/// Withdraws ask_to_stop(); a signal's request stays.
 void forget_stop() noexcept;
 
 }  // namespace photocoag

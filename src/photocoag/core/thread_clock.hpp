@@ -5,7 +5,7 @@
 
 namespace photocoag {
 
-/// CPU time of this thread, us: what others do on the machine is not in it.
+/// CPU time of this thread, us: other load on the machine does not count.
 inline double thread_us() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

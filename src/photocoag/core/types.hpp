@@ -1,7 +1,6 @@
-// Role: online and offline; Eigen types with a bound known at compile time, so that they live on
-// the stack or inside their owner and never on the heap. Whoever includes this links only if Eigen
-// is laid out as in the library: photocoag's CMake targets see to it, whatever flags a consumer
-// adds.
+// Role: online and offline; Eigen types with a compile-time bound, so that they live on the stack
+// or inside their owner, never on the heap. Code that includes this links only if Eigen has the
+// library's memory layout, which photocoag's CMake targets ensure.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,8 +18,8 @@ inline constexpr int kMaxHorizon = 50;              // N
 inline constexpr int kMaxInputs = kMaxHorizon - 1;  // free powers u_0 … u_{N-2}
 
 // Capacities are rounded up to even numbers of doubles, so that every object is aligned to 16
-// bytes: where Eigen starts a vectorised sum would otherwise depend on the address, and with it the
-// last bit of the result.
+// bytes: otherwise the start of Eigen's vectorised sums, and with it the last bit of a result,
+// would depend on the address.
 constexpr int even(int capacity) { return capacity + capacity % 2; }
 
 template <int Max>
@@ -40,7 +39,7 @@ static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_DEFAULT_ALIGN_BYTES ==
               "with the EIGEN_ definitions of photocoag_base");
 static_assert(alignof(StateMatrix) == 16 && alignof(InputVector) == 16);
 
-/// What of the layout of public types depends on a compiler's flags and on Eigen's version.
+/// What the layout of public types depends on: compiler flags and Eigen's version.
 template <int EigenWorld, int EigenMajor, int EigenMinor, std::size_t SizeOfIndex,
           std::size_t SizeOfState, std::size_t SizeOfVector>
 struct Layout {
@@ -48,7 +47,7 @@ struct Layout {
 };
 using LayoutHere = Layout<EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION,
                           sizeof(Eigen::Index), sizeof(StateVector), sizeof(std::vector<double>)>;
-/// Another layout than the library's leaves this one undefined, and the program does not link.
+/// Undefined for any other layout than the library's: the program then does not link.
 [[gnu::used]] inline const char* const kLayoutChecked = &LayoutHere::kIsTheLibrarys;
 
 }  // namespace photocoag

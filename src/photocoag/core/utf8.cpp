@@ -18,7 +18,7 @@ unsigned byte_at(std::string_view text, std::size_t at) noexcept {
   return at < text.size() ? static_cast<unsigned char>(text[at]) : 0U;
 }
 
-// The character at the front of `text`, which is not empty; a bad byte by itself.
+// The first character of `text`, which is not empty; an invalid byte counts as one.
 Character front_of(std::string_view text) noexcept {
   const unsigned lead = byte_at(text, 0);
   if (lead < 0x80U) return {lead, 1, true};

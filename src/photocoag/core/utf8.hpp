@@ -1,4 +1,4 @@
-// Role: setup; text that is, or claims to be, UTF-8. Used by config, run_files, campaign.
+// Role: setup; checks and conversions of UTF-8 text. Used by config, run_files.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@ namespace photocoag {
 
 bool is_ascii(std::string_view text) noexcept;
 
-/// True unless a byte belongs to no character: cut, overlong, surrogate or beyond U+10FFFF.
+/// False for truncated or overlong sequences, surrogates and code points beyond U+10FFFF.
 bool is_utf8(std::string_view text) noexcept;
 
-/// `text` with U+FFFD for every byte that belongs to no character: always UTF-8.
+/// `text` with every invalid byte replaced by U+FFFD.
 std::string valid_utf8(std::string_view text);
 
-/// The same in UTF-16, whose length is what MATLAB counts.
+/// The same in UTF-16, the unit in which MATLAB counts characters.
 std::u16string to_utf16(std::string_view text);
 
 }  // namespace photocoag

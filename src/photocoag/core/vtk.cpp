@@ -34,7 +34,8 @@ std::vector<T> decoded(std::string_view text, const std::string& where) {
   std::uint64_t size = 0;
   if (bytes.size() >= sizeof size) std::memcpy(&size, bytes.data(), sizeof size);
   if (bytes.size() < sizeof size || size != bytes.size() - sizeof size || size % sizeof(T) != 0) {
-    throw Error(ErrorParts{.where = where, .problem = "an array of another length than it says"});
+    throw Error(
+        ErrorParts{.where = where, .problem = "an array whose length differs from the stated one"});
   }
   std::vector<T> values(size / sizeof(T));
   if (size > 0) std::memcpy(values.data(), bytes.data() + sizeof size, size);
@@ -67,7 +68,7 @@ std::string strings(std::string_view name, const std::vector<std::string>& value
       name, values.size(), codes);
 }
 
-// What stands between the tags of the array called `name`.
+// Text between the tags of the array `name`.
 std::string_view content_of(std::string_view text, std::string_view name,
                             const std::string& where) {
   const std::size_t tag = text.find(fmt::format("Name=\"{}\"", name));
@@ -154,7 +155,7 @@ TemperatureField from_vtr(std::string_view text, const std::string& where) {
   if (!ascending(field.radius_m) || !ascending(field.depth_m) ||
       field.temperature_rise_K.size() != field.radial_cells() * field.axial_cells() ||
       field.layer_names.size() != field.layer_back_m.size()) {
-    throw Error(ErrorParts{.where = where, .problem = "the arrays do not belong to one grid"});
+    throw Error(ErrorParts{.where = where, .problem = "the arrays do not match one grid"});
   }
   return field;
 }

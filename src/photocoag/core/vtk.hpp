@@ -1,6 +1,6 @@
 // Role: offline; a temperature field over depth and radius as a VTK file (XML rectilinear grid,
-// .vtr) that ParaView opens, and back. Used by run, report, the program. Source: VTK file formats,
-// XML. Units: in the names. Real-time promise: none.
+// .vtr) that ParaView opens, and back. Used by run, report. Source: VTK file formats, XML. Units:
+// in the names. Real-time promise: none.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace photocoag {
 
-/// Temperature rise per cell of an axisymmetric grid at one instant, with what a picture needs.
+/// Temperature rise per cell of an axisymmetric grid at one instant, with what a figure needs.
 struct TemperatureField {
   std::vector<double> radius_m;           ///< faces, ascending; VTK's x
   std::vector<double> depth_m;            ///< faces, ascending along the light; VTK's y

@@ -10,8 +10,9 @@
 
 namespace photocoag {
 
-/// Solves one block of systems (D - coupling off the diagonal) y = right-hand side, whose LDL'
-/// factor is given by its inverse pivots: down and up in depth. rhs(j, lane) may read y there.
+/// Solves one block of symmetric tridiagonal systems with off-diagonal `coupling`, factorised as
+/// LDL' with inverse pivots `inverse`: one pass down and one up in depth. rhs(j, lane) may read y
+/// there.
 template <Eigen::Index Lanes, typename RightHandSide>
 inline void solve_block(Eigen::Index cells, const double* __restrict inverse,
                         const double* __restrict coupling, double* y,

@@ -1,5 +1,5 @@
-// Role: offline; how a full-order model diagonalises its directions. Used by fom, run (which keeps
-// eigenpairs in files). Threads: each has its own choice.
+// Role: offline; how a full-order model diagonalises its two directions. Used by fom, run (which
+// caches eigenpairs in files). Threads: the choice is per thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@ namespace photocoag {
 using Diagonalize = std::function<SymmetricEigen<double>(const Eigen::VectorXd& diagonal,
                                                          const Eigen::VectorXd& off_diagonal)>;
 
-/// While it lives, models that this thread builds use `how`, which must live as long.
+/// During its lifetime models built by this thread use `how`, which must outlive it.
 class DiagonalizeWith {
  public:
   explicit DiagonalizeWith(const Diagonalize& how) noexcept;
@@ -25,7 +25,7 @@ class DiagonalizeWith {
   const Diagonalize* before_;
 };
 
-/// With what is chosen, else tridiagonal_eigen().
+/// By the chosen function, else tridiagonal_eigen().
 SymmetricEigen<double> diagonalize(const Eigen::VectorXd& diagonal,
                                    const Eigen::VectorXd& off_diagonal);
 

@@ -1,6 +1,6 @@
 // Role: offline and simulated eye; the heat equation on the grid, diagonalised as far as it is
-// separable. Used by mor, loop's full-order plant, `response`. Source: paper, section 2;
-// docs/equations.md (E1) to (E6); perfusion: Pennes, J. Appl. Physiol. 1 (1948) 93-122.
+// separable. Used by mor, the full-order eyes, population, fmu, `response`. Source: paper, section
+// 2; docs/equations.md (E1) to (E6); perfusion: Pennes, J. Appl. Physiol. 1 (1948) 93-122.
 // Differences: finite volumes instead of finite differences; sign of the volume weight; cell
 // averages of the source instead of point values; thermal data per layer, perfusion, other beams
 // than the flat top. Units: SI; temperatures are rises over ambient.
@@ -33,7 +33,7 @@ struct Modes {
   Eigen::VectorXd to_cells(const Eigen::VectorXd& coordinates) const;
 };
 
-/// What turns the two axial profiles of a ModalStepper into outputs, for one alpha.
+/// Weights that turn the two axial profiles of a ModalStepper into outputs, for one alpha.
 struct OutputWeights {
   Eigen::VectorXd peak;    ///< one per axial mode
   Eigen::VectorXd volume;  ///< one per axial mode
@@ -64,10 +64,10 @@ class FullOrderModel {
   /// Builds grid, operator and output functionals. Throws Error on bad settings. Allocates.
   FullOrderModel(const Tissue& tissue, const GridSettings& settings);
   FullOrderModel(const Tissue& tissue, Grid grid);
-  /// Another tissue on the grid of `standing`, whose modes are reused: only absorption, layer
-  /// boundaries, beam and one conductivity for all may differ, not the outer dimensions. Layer
-  /// boundaries need not lie on faces: sources are integrated over the cells. Some 0.3 ms instead
-  /// of the 0.1 s of a diagonalisation. Both must be separable and without perfusion. Throws Error.
+  /// Another tissue on the grid of `standing`, whose modes are reused. Absorption, layer
+  /// boundaries, beam and a common conductivity may differ, the outer dimensions may not. Layer
+  /// boundaries need not lie on faces: sources are integrated over the cells. Takes 0.3 ms instead
+  /// of 0.1 s for a diagonalisation. Both must be separable and without perfusion. Throws Error.
   FullOrderModel(const FullOrderModel& standing, const Tissue& tissue);
 
   const Tissue& tissue() const noexcept { return tissue_; }
@@ -93,10 +93,11 @@ class FullOrderModel {
   /// Coordinates of any per-cell absorbed fractions.
   Eigen::VectorXd axial_source(const Eigen::VectorXd& absorbed_per_cell) const;
 
-  /// Weights for a stepper's profiles: (E5), (E6), these factors, commanded power in W. Allocates.
+  /// Weights for a stepper's profiles at these factors, commanded power in W: (E5), (E6).
+  /// Allocates.
   OutputWeights output_weights(AbsorptionFactors at) const;
-  /// From commanded power to heating: transmission / (rho C_p), K m3/J, if separable; otherwise
-  /// transmission, since the axial coordinates hold rho C_p.
+  /// From commanded power to heating rate: transmission / (rho C_p), K m3/J, if separable;
+  /// otherwise transmission, since the axial coordinates hold rho C_p.
   double input_gain() const noexcept { return input_gain_; }
   /// What the volume output's weight is divided by: 1, or the absorbed fraction if normalised.
   double volume_norm(AbsorptionFactors at) const noexcept;

@@ -1,5 +1,5 @@
-// Role: simulation; the full-order eye of a bench whose samples are late or means, whose power acts
-// late, or whose absorption drifts. Used by run, fault_table. Source: docs/equations.md (E29).
+// Role: simulation; the full-order eye with delayed or averaged samples, delayed power or drifting
+// absorption. Used by run, fmu, fault_table. Source: docs/equations.md (E29).
 // Difference to FullOrderPlant: outputs between the ends of the periods and a source that changes,
 // both exact and in one step per period. Units: SI. Real time: step() is noexcept and does not
 // allocate.
@@ -15,15 +15,14 @@
 
 namespace photocoag {
 
-/// Each power acts for one period, zero-order hold, and the modes are stepped from the moment at
-/// which one begins to act to the next. With mode rate l, state x at that moment and heat q from
-/// then on, everything in between is exact:
+/// Each power acts for one period, zero-order hold, and the modes are stepped from one power's
+/// onset to the next. With mode rate l, state x at the onset and heat q from then on, everything in
+/// between is exact:
 ///   x(t) = exp(-l t) x + (1 - exp(-l t)) / l q,  and its means over a window likewise.
 /// The absorption factor is constant within a period; heat stays where it was absorbed.
 class IntersamplePlant {
  public:
-  /// drift: of alpha, 1/s (drifted_absorption). Throws Error if the
-  /// model is not separable.
+  /// `drift`: of alpha, 1/s (drifted_absorption). Throws Error if the model is not separable.
   IntersamplePlant(std::shared_ptr<const FullOrderModel> model, double period,
                    AbsorptionFactors absorption, const IntersampleTiming& timing, double drift,
                    double negligible_decay = 1e-12);
@@ -31,7 +30,7 @@ class IntersamplePlant {
   void step(double power) noexcept;
   /// At the end of the period.
   Outputs outputs() const noexcept { return outputs_; }
-  /// Volume temperature that the sample shows, K, before noise and gain.
+  /// Sampled volume temperature, K, before noise and gain.
   double sample() const noexcept { return sample_; }
   /// The true alpha of the last period.
   double absorption_factor() const noexcept { return absorption_.alpha; }

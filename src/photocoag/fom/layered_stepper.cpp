@@ -15,8 +15,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Added to every right-hand side: far from the source the solution falls off to numbers below
-// 1e-308, which many processors handle a hundred times slower.
+// Added to every right-hand side: far from the source the solution would become denormal, which
+// many processors handle a hundred times more slowly.
 constexpr double kKeepNormal = 1e-250;
 
 VectorXd padded(const VectorXd& values, Index size, double fill) {

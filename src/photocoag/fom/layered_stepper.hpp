@@ -22,10 +22,10 @@ namespace photocoag {
 ///   TR-BDF2          two solves with one matrix (core/discretization.hpp)
 ///   zero-order hold  x+ = r(-hS) x + h (r(-hS) - 1)(-hS)^-1 b u with a rational r that differs
 ///                    from exp by 2.6e-12: six complex solves (fom/rational_exponential.hpp)
-/// With zero-order hold most radial modes forget everything within one period: those whose slowest
-/// decay is below `negligible_decay` are at their steady state b u / S, summed up beforehand.
-/// Without power modes only decay: those left with less than negligible_decay of what they had when
-/// the power went off are zero from then on, until there is power again.
+/// With zero-order hold most radial modes settle within one period: those whose slowest decay is
+/// below `negligible_decay` are at their steady state S^-1 b u, summed up beforehand. Without power
+/// modes only decay: those below negligible_decay of their value at power-off count as zero until
+/// there is power again.
 class LayeredStepper {
  public:
   /// The source of one alpha and beta. negligible_decay = 0 steps every mode.
@@ -57,9 +57,9 @@ class LayeredStepper {
   std::size_t active_modes() const noexcept { return state_.size(); }
 
  private:
-  // Radial modes are worked on in blocks of this many: enough to hide how long one operation takes
-  // behind the others, few enough for a block to stay in the cache. Measured: 32 takes half the
-  // time of 8. Arrays: block, then depth cell, then radial mode of the block.
+  // Radial modes are processed in blocks of this many: enough to hide instruction latency, few
+  // enough to stay in the cache. Measured: 32 takes half the time of 8. Arrays: block, then depth
+  // cell, then radial mode of the block.
   static constexpr Eigen::Index kLanes = 32;
   struct ComplexFactor {
     std::vector<double> real;  // 1 / pivot

@@ -1,6 +1,6 @@
-// Role: offline and simulated eye; the exponential as a sum of simple fractions, for zero-order
-// hold where the heat operator cannot be diagonalised. Used by fom. Test:
-// tests/fom/layered_test.cpp (RationalExponential).
+// Role: offline and simulated eye; the exponential as partial fractions, for zero-order hold where
+// the heat operator is not separable. Used by fom. Test: tests/fom/layered_test.cpp
+// (RationalExponential).
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ namespace photocoag {
 /// approximant (Trefethen, Weideman and Schmelzer, BIT 46 (2006) 653-670), which differs from the
 /// best one by less than any double. Residues: linear least squares at 240 Chebyshev points of t
 /// under the condition r(0) = 1, which costs a few per cent of the best error 2.4e-12
-/// (9.289^-12). All in 34 digits, by a program of our own.
+/// (9.289^-12). Computed with 34 digits.
 struct RationalExponential {
   using Complex = std::complex<double>;
   static constexpr int kPairs = 6;

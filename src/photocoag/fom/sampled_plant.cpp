@@ -29,7 +29,7 @@ PHOTOCOAG_WIDE_VECTORS void add_memoryless(const double* __restrict axial, doubl
   }
 }
 
-// Adds the modes as they are to the profiles over depth; then a period passes.
+// Adds the modes to the profiles over depth, then decays them by one period.
 PHOTOCOAG_WIDE_VECTORS void fade(double* __restrict state, const double* __restrict decay,
                                  Index modes, double axis_weight, double spot_weight,
                                  double* __restrict axis, double* __restrict spot) noexcept {
@@ -40,7 +40,7 @@ PHOTOCOAG_WIDE_VECTORS void fade(double* __restrict state, const double* __restr
   }
 }
 
-// exp(-(x + y)) and its difference from 1 out of those of x and y: no cancellation, both are < 0.
+// exp(-(x + y)) and expm1(-(x + y)) from those of x and y: no cancellation, both expm1 are < 0.
 PHOTOCOAG_WIDE_VECTORS void exact_gains(const double* __restrict axial_rates,
                                         const double* __restrict axial_expm1, double radial_rate,
                                         double radial_expm1, Index modes, double* __restrict decay,

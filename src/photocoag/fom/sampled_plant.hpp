@@ -1,8 +1,8 @@
-// Role: simulated eye at full order; many short treatments, one eye each. Used by run for
-// campaigns. Source: docs/equations.md (E4) to (E6): the same modes as ModalStepper's, summed once
-// into what a period of one watt leaves at the end of every later period. Differences: a mode is
-// left out once it has decayed to 1e-15 of itself; rounding. Units: SI; rises over ambient,
-// commanded power in W. Real-time promise: step and outputs are noexcept and allocate nothing.
+// Role: simulated eye at full order; for many short treatments, one eye each. Used by run for
+// campaigns. Source: docs/equations.md (E4) to (E6): the impulse response of ModalStepper's modes
+// at the end of every period, then a convolution. Differences: a mode is dropped once it has
+// decayed to 1e-15; rounding. Units: SI; rises over ambient, commanded power in W. Real-time
+// promise: step and outputs are noexcept and allocate nothing.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@
 
 namespace photocoag {
 
-/// Modes die as time goes on, so that all samples together cost some ten steps of a ModalStepper.
-/// A Plant (loop/plant.hpp).
+/// Modes drop out over time, so that all samples together cost about ten steps of a ModalStepper. A
+/// Plant (loop/plant.hpp).
 class SampledPlant {
  public:
   /// For at most `steps` steps; past them the outputs are NaN. Throws Error if the model is not

@@ -58,8 +58,8 @@ SparseSystem assemble_sparse_system(const FullOrderModel& model) {
   const Axis& radial = model.grid().radial;
   const Axis& axial = model.grid().axial;
   const std::vector<ThermalData> thermal = thermal_of_cells(model.tissue(), axial);
-  // Everything per the tissue's heat capacity, or, where it differs from layer to layer, per 1
-  // J/(m3 K), as the model's input gain.
+  // Divided by the tissue's heat capacity, or by 1 J/(m3 K) where it differs between layers, as the
+  // model's input gain is.
   const double reference = model.separable() ? model.tissue().volumetric_heat_capacity() : 1.0;
   const auto rings = static_cast<Index>(radial.cells());
   const auto cells = static_cast<Index>(model.states());

@@ -1,7 +1,6 @@
-// Role: offline; the full-order model as sparse matrices over the cells, for whoever brings solvers
-// of their own: `export`, benchmarks against sparse solvers, peers. Not used by the program's own
-// models. Source: docs/equations.md (E4): the same two-point fluxes, assembled cell by cell. Units:
-// SI.
+// Role: offline; the full-order model as sparse matrices over the cells, for use with other
+// solvers: `export`, the Python package, benchmarks. Source: docs/equations.md (E4): the same
+// two-point fluxes, assembled cell by cell. Units: SI.
 #pragma once
 
 #include <Eigen/SparseCore>

@@ -55,7 +55,7 @@ void ModalStepper::prepare() {
     bool memory = true;
     for (Index j = 0; j < axial.size(); ++j) {
       const double rate = radial[i] + axial[j];
-      // Past that, nothing of a mode is left in a double: its gain is 1 / rate to the last bit.
+      // Past that the decay vanishes in double precision: the gain is 1 / rate to the last bit.
       const bool settled =
           !memory && discretization_ == Discretization::kZeroOrderHold && rate * period_ > kSettled;
       const ModeGain mode =

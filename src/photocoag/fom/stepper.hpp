@@ -18,16 +18,16 @@ namespace photocoag {
 
 /// State of x' = A x + B(alpha) u, kept per mode and per unit of the mode's source:
 ///   temperature coordinate (i, j) = beam_i * source_j(alpha) * input_gain * state_ij.
-/// With the usual rest at the start the state depends on the power alone, so that one run serves
-/// every alpha: outputs are two axial profiles weighted by alpha (OutputWeights). Needs a separable
-/// model; LayeredStepper is for the others.
+/// From cold tissue the state depends on the power alone, so that one run serves every alpha:
+/// outputs are two axial profiles weighted for that alpha (OutputWeights). Needs a separable model;
+/// for others see LayeredStepper.
 ///
 /// Per step of length h and mode of rate l: state+ = d * state + g * u with
 ///   zero-order hold  d = exp(-l h),    g = (1 - d) / l
 ///   implicit Euler   d = 1 / (1 + l h), g = h d
 ///   TR-BDF2          core/discretization.hpp with A = -l
-/// A mode with d below `negligible_decay` remembers nothing of the step before to that relative
-/// accuracy; its share is g * u, summed up beforehand.
+/// A mode with d below `negligible_decay` has no memory at that relative accuracy; its share is g *
+/// u, summed up beforehand.
 class ModalStepper {
  public:
   /// negligible_decay = 0 steps every mode. Throws Error if the model is not separable.

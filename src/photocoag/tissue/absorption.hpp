@@ -13,15 +13,15 @@
 
 namespace photocoag {
 
-/// How much of its reference absorption the tissue has: one factor per parameter, in the order of
-/// ScaledBy. A number alone is alpha.
+/// Factors on the reference absorption, one per parameter, in the order of ScaledBy. A single
+/// number is alpha.
 struct AbsorptionFactors {
   double alpha;
   double beta;
 
   // Implicit: most tissues have alpha only.
   constexpr AbsorptionFactors(double a, double b = 1.0) noexcept : alpha(a), beta(b) {}
-  /// The parameter number q.
+  /// Parameter q: 0 is alpha, 1 is beta.
   constexpr double operator[](std::size_t q) const noexcept { return q == 0 ? alpha : beta; }
   bool operator==(const AbsorptionFactors&) const = default;
 };
@@ -44,7 +44,7 @@ struct AbsorbedFraction {
   PerParameter front{};      ///< 1, optical depth at a per parameter
   PerParameter back{};       ///< 1, at b
 
-  /// The same with the part of all parameters but alpha counted as fixed.
+  /// The same as a function of alpha alone, the other parameters fixed at `at`.
   AbsorbedFraction of_alpha(AbsorptionFactors at) const noexcept {
     AbsorbedFraction result{fixed_front, fixed_back, {front[0]}, {back[0]}};
     for (std::size_t q = kMaxParameters - 1; q > 0; --q) {
@@ -71,7 +71,7 @@ struct AbsorbedFraction {
     return of_alpha(alpha).evaluate_alpha(alpha);
   }
 
-  /// Of what depends on nothing but alpha.
+  /// For a fraction that depends on alpha alone (of_alpha).
   ValueAndSlope evaluate_alpha(double alpha) const noexcept {
     const double passed = std::exp(-(fixed_front + alpha * front[0]));
     // 1 - exp(-(tau_b - tau_a)) without cancellation in thin cells.

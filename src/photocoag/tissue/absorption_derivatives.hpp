@@ -31,8 +31,8 @@ inline double power_step(double q, double d, int n) noexcept {
   return d * sum;
 }
 
-/// What both functions below are made of: with p, q the optical depths in front per alpha and per
-/// beta and P, Q those behind, p^n q^m and P^n Q^m - p^n q^m; neither is negative.
+/// With p, q the optical depths in front per alpha and beta, and P, Q those behind: front = p^n q^m
+/// and step = P^n Q^m - p^n q^m, both non-negative.
 struct DepthPowers {
   double front;
   double step;
@@ -59,8 +59,8 @@ inline double derivative(const AbsorbedFraction& fraction, DerivativeOrder order
   return ((order.alpha + order.beta) % 2 == 0 ? 1.0 : -1.0) * front * bracket;
 }
 
-/// At least the absolute derivative everywhere in `range`: the bracket is the difference of two
-/// terms that are not negative, E and X fall with alpha and beta and 1 - X grows.
+/// Upper bound of |derivative| over `range`: the bracket is the difference of two non-negative
+/// terms; E and X fall with alpha and beta, 1 - X grows.
 inline double derivative_bound(const AbsorbedFraction& fraction, DerivativeOrder order,
                                const FactorRange& range) noexcept {
   const auto thickness = [&fraction](AbsorptionFactors at) {

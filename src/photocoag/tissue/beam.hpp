@@ -1,6 +1,6 @@
-// Role: offline; where the beam's power goes over the radius. Used by fom (source and volume
-// output). Source: paper, section 2 (flat top); Gaussian and tabulated profiles are ours.
-// docs/equations.md (E2). Units: SI.
+// Role: offline; the beam's radial profile. Used by fom (source and volume output). Source: paper,
+// section 2 (flat top); Gaussian and tabulated profiles are ours. docs/equations.md (E2). Units:
+// SI.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 namespace photocoag {
 
 /// The normalised irradiance g(r), 1/m2, with int_0^R g(r) 2 pi r dr = 1 over the domain of radius
-/// R, so that no power is lost at its side. The volume temperature is the mean weighted with the
-/// same g: what heats is what is measured, and the volume output stays the input's adjoint.
+/// R, so that no power is lost at its edge. The volume temperature is the mean weighted with the
+/// same g, which keeps the volume output the input's adjoint.
 ///   flat top  1 / (pi R_I^2) inside R_I
 ///   Gaussian  2 / (pi w^2) exp(-2 r^2 / w^2) / (1 - exp(-2 R^2 / w^2)), w = spot radius
 ///   table     linear between the radii, the first value inside the first radius, 0 beyond the last

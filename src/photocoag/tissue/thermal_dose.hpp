@@ -1,4 +1,5 @@
-// Role: offline and online; thermal damage as an Arrhenius integral. Used by run (summary, report).
+// Role: offline and online; thermal damage as an Arrhenius integral. Used by run (summary, report),
+// safety.
 // Source: docs/equations.md (E24); parameters as published, see each set. Not in the paper.
 // Units: temperatures absolute in degrees Celsius at this boundary, K inside; dose dimensionless,
 // damage at 1. Real time: add() is noexcept, no allocation.

@@ -69,7 +69,7 @@ double Tissue::peak_depth() const {
 
 namespace {
 
-// W/(m K), below any matter: heat that does not spread has no reduced model.
+// W/(m K), below any material: without conduction there is no reduced model.
 constexpr double kLeastConductivity = 1e-3;
 
 void validate_beam(const Tissue& tissue, std::string_view prefix) {

@@ -34,8 +34,8 @@ struct Layer {
   std::optional<double> conductivity = {};   ///< W/(m K), else the tissue's
   std::optional<double> density = {};        ///< kg/m3, else the tissue's
   std::optional<double> heat_capacity = {};  ///< J/(kg K), else the tissue's
-  double perfusion = 0.0;  ///< W/(m3 K), from 0 to 1e8; w_b rho_b c_b: blood at ambient carries
-                           ///< away perfusion * temperature rise per volume (Pennes 1948)
+  double perfusion = 0.0;  ///< W/(m3 K), from 0 to 1e8; w_b rho_b c_b: heat that blood at ambient
+                           ///< removes per volume and kelvin (Pennes 1948)
 
   bool operator==(const Layer&) const = default;
 };
@@ -47,7 +47,7 @@ struct ThermalData {
   double perfusion = 0.0;                 ///< W/(m3 K)
 };
 
-/// The beam's irradiance over the radius; always normalised to the whole power (tissue/beam.hpp).
+/// The beam's irradiance over the radius, normalised to unit power (tissue/beam.hpp).
 enum class BeamProfile {
   kFlatTop,   ///< the paper's: constant inside the spot radius
   kGaussian,  ///< exp(-2 r^2 / spot_radius^2)
@@ -56,11 +56,11 @@ enum class BeamProfile {
 
 std::string_view to_string(BeamProfile value) noexcept;
 
-/// Which mean over depth and spot is called "volume temperature".
+/// Definition of the volume temperature.
 enum class VolumeTemperature {
   kAbsorptionWeighted,  ///< the paper's C_vol: integral of mu exp(-int mu) * mean over the spot
-  kNormalized,          ///< the same divided by the absorbed fraction: what a calibration at
-                        ///< uniform temperature measures
+  kNormalized,  ///< the same divided by the absorbed fraction: as measured after a calibration at
+                ///< uniform temperature
 };
 
 std::string_view to_string(VolumeTemperature value) noexcept;
