@@ -19,10 +19,11 @@ struct Sources {
   std::vector<double> load;
 };
 
-/// Of cold tissue under a step of power, at given times and, as the last entry, for ever.
+/// Cold tissue under a step of power, at given times and, as the last entry, in steady state.
 struct StepSamples {
   std::vector<double> peak;  ///< per time and source: at the peak's depth
-  std::vector<double> gram;  ///< per time, source a, source b: what b's weights see of a's heat
+  std::vector<double>
+      gram;  ///< per time, source a, source b: heat of a, measured with the weights of b
 };
 
 /// Piecewise linear functions of depth, 0 at both ends.
@@ -35,8 +36,7 @@ class DepthElements {
   /// the volume temperature.
   std::vector<double> load(const Tissue& tissue, AbsorptionFactors at) const;
 
-  /// Adds, term by term of the radial sum, its weights times what a step of power does to it.
-  /// `times`: s, ascending.
+  /// Adds the step response of every radial term, times the term's weights. `times`: s, ascending.
   void add_steps(const RadialTerms& terms, const Sources& sources, const std::vector<double>& times,
                  StepSamples& sum) const;
 

@@ -124,11 +124,11 @@ void backward(const Stage& stage, const StageMatrices& matrices, double weight, 
   }
 }
 
-/// So many columns of a Gram matrix, and rows at a time, stay in registers.
+/// Columns of a Gram matrix that stay in registers, for a few rows at a time.
 constexpr std::size_t kGramColumns = 2 * kLanes;
 constexpr std::size_t kGramRows = 4;
 
-/// As GramSum has them, without its class: the compiler makes the loops below for two processors.
+/// GramSum's loads as a plain struct: the loops below are compiled for two instruction sets.
 struct Loads {
   std::size_t nodes;
   std::size_t count;

@@ -1,5 +1,5 @@
-// Role: setup; the axial half of the cross-check in time: some radial terms side by side, each with
-// the operations of one alone. Used by crosscheck. Source: Alexander's method (see axial.hpp).
+// Role: setup; the axial half of the cross-check in time: kLanes radial terms side by side, each
+// computed as if alone. Used by crosscheck. Source: Alexander's method (see axial.hpp).
 // Units: SI. Real-time promise: none.
 #pragma once
 
@@ -17,7 +17,7 @@ struct Symmetric {
   std::vector<double> beside;  ///< entry i couples i and i + 1
 
   void factorize();
-  /// Of factors; `x` has `count` numbers per row.
+  /// Solves with the factors; `x` has `count` right-hand sides, row by row.
   void solve(std::vector<double>& x, std::size_t count) const;
 };
 
@@ -33,11 +33,11 @@ constexpr std::size_t kLanes = 4;
 /// Temperatures of all nodes and sources of kLanes radial terms, cold at first.
 class Heating {
  public:
-  /// kLanes pencils of the same size. `sources` stays the caller's.
+  /// kLanes pencils of the same size. Keeps a reference to `sources`.
   Heating(const std::vector<Pencil>& pencils, const Sources& sources);
 
   void advance(double time, int steps);
-  /// Of one term; its next number, node by node and source by source, is kLanes further on.
+  /// State of one term, node by node and source by source, with stride kLanes.
   const double* lane(std::size_t l) const noexcept { return now_.data() + l; }
 
  private:

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kMostRates = 120;   // 1.35^120 = 4e15
-constexpr double kEarliest = 1.0 / 32.0;  // of a period: where the responses begin to be right
+constexpr double kEarliest = 1.0 / 32.0;  // of a period: from here on the responses are accurate
 
 // Bounds of the rates with which the tissue's heat decays, 1/s: nothing is slower.
 double slowest_rate(const Tissue& tissue) {
@@ -67,7 +67,7 @@ FewSources few_sources(const Tissue& tissue, const DepthElements& elements,
   return few;
 }
 
-/// Step responses, K/W: a row per time and one for ever, a column per absorption.
+/// Step responses, K/W: a row per time and one for the steady state, a column per absorption.
 struct StepResponses {
   std::vector<double> times;
   Eigen::MatrixXd peak;
@@ -116,7 +116,7 @@ LagSums tissue_lags(const Tissue& tissue, std::span<const AbsorptionFactors> at,
   LagSums lags;
   lags.rate = geometric(0.9 * slowest_rate(tissue), 2.0 / (kEarliest * period), 1.35);
   const auto rows = responses.peak.rows();
-  // Wider than the digits of a number, or not finite: no decomposition is to see that.
+  // Beyond double precision or not finite: not for a decomposition.
   if (lags.rate.size() > kMostRates || !responses.peak.allFinite() ||
       !responses.volume.allFinite()) {
     throw Error(ErrorParts{
@@ -165,7 +165,8 @@ LagSums tissue_lags(const Tissue& tissue, std::span<const AbsorptionFactors> at,
 
 namespace {
 
-/// A row per number of periods (1, 2, … and, last, for ever) and a column per lag: 1 - decay^k.
+/// A row per number of periods (1, 2, … and, last, the steady state) and a column per lag: 1 -
+/// decay^k.
 Eigen::MatrixXd gains_of(const std::vector<double>& decay, const std::vector<double>& periods) {
   Eigen::MatrixXd gains(static_cast<Eigen::Index>(periods.size()) + 1,
                         static_cast<Eigen::Index>(decay.size()));
@@ -186,8 +187,8 @@ std::vector<double> decays_of(const std::vector<double>& rates, Discretization s
   return decays;
 }
 
-// What an error of the step response can become under powers from 0 to 1 W: the sum of all its
-// rises or of all its falls, whichever is more.
+// Largest effect of a step-response error under powers from 0 to 1 W: the sum of all its rises or
+// of all its falls, whichever is larger.
 double worst_of(const Eigen::VectorXd& step_error) {
   double rises = 0.0;
   double falls = 0.0;

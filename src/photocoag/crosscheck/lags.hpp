@@ -1,4 +1,4 @@
-// Role: setup; a second computation of the tissue's responses, for others to be held against.
+// Role: setup; an independent computation of the tissue's responses, to check others against.
 // Source: separation of variables (radial.hpp, axial.hpp). Shares no code with fom and mor: Bessel
 // functions in the radius, finite elements in depth, its own time stepping.
 // Units: SI.
@@ -21,19 +21,19 @@ struct LagWeights {
 };
 
 /// Temperatures as sums of first-order lags x' = -rate x + u: the response to a step of 1 W is
-/// sum_i weight_i (1 - exp(-rate_i t)), so that a weight is what the lag gains for ever.
+/// sum_i weight_i (1 - exp(-rate_i t)), so that a weight is the lag's steady gain.
 struct LagSums {
   std::vector<double> rate;    ///< 1/s, ascending
   std::vector<LagWeights> at;  ///< one per absorption
-  double fit_error = 0.0;  ///< largest distance of a lag sum from the response that was computed,
-                           ///< relative to that response at the end of the first period or later
+  double fit_error = 0.0;  ///< largest deviation of a lag sum from the computed response, relative
+                           ///< to that response, from the end of the first period on
 };
 
-/// Responses of `tissue` at each absorption, good from a small part of `period`, s, on.
+/// Responses of `tissue` at each absorption, accurate from a small fraction of `period`, s, on.
 /// Throws Error if the tissue is not valid.
 LagSums tissue_lags(const Tissue& tissue, std::span<const AbsorptionFactors> at, double period);
 
-/// What a lag of this rate keeps of its value over one period of a time scheme.
+/// Decay factor of a lag over one period of a time scheme.
 double decay_of(Discretization scheme, double rate, double period);
 
 /// The response to a step of 1 W at the ends of the periods 1, 2, …: sum_i weight_i (1 - decay^k).
@@ -45,7 +45,7 @@ double step_response(const std::vector<double>& weights, const std::vector<doubl
 struct FewLags {
   std::vector<double> decay;   ///< per period
   std::vector<LagWeights> at;  ///< one per absorption
-  /// K/W: no powers from 0 to 1 W make a temperature differ from that of the many lags by more.
+  /// K/W: the largest deviation from the many lags under any powers from 0 to 1 W.
   double peak_error = 0.0;
   double volume_error = 0.0;
 };

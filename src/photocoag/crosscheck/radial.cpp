@@ -113,8 +113,8 @@ RadialTerms radial_terms(const Tissue& tissue) {
       }
     }
     const double norm = kPi * R * R * ::j1(zero) * ::j1(zero);
-    // The sum on the axis of a beam with an edge converges slowly: it ends smoothly, by a filter
-    // that leaves long waves as they are.
+    // The sum on the axis of a beam with an edge converges slowly: it is tapered by a filter that
+    // leaves long waves unchanged.
     const bool edge = flat || beam.has_edge;
     const double kept = edge ? std::exp(-20.0 * std::pow(k / largest, 8)) : 1.0;
     terms.rate.push_back(k * k);

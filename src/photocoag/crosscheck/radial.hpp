@@ -1,6 +1,6 @@
 // Role: setup; the radial half of the cross-check. Used by crosscheck. Source: separation of the
 // heat equation in a cylinder by Bessel functions (Carslaw and Jaeger, 2nd ed., ch. VII).
-// Shares nothing with fom: no rings, closed forms or quadrature of the beam. Units: SI.
+// Shares no code with fom: no rings, but closed forms or quadrature of the beam. Units: SI.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 
 namespace photocoag::crosscheck {
 
-/// With 0 temperature at the domain's radius R the temperature is a sum over J0(j_m r / R), and
-/// each term conducts in depth as if it lost heat in proportion to rate = (j_m / R)^2. With
-/// b_m = int g J0 2 pi r dr of the beam's irradiance g and n_m = pi R^2 J1(j_m)^2 the peak on the
-/// axis weighs term m by b_m / n_m and the mean over the beam by b_m^2 / n_m.
+/// With zero temperature at the domain's radius R the temperature is a sum over J0(j_m r / R); in
+/// depth each term obeys the heat equation with a loss proportional to rate = (j_m / R)^2. With b_m
+/// = int g J0 2 pi r dr of the beam's irradiance g and n_m = pi R^2 J1(j_m)^2 term m has the weight
+/// b_m / n_m in the peak on the axis and b_m^2 / n_m in the mean over the beam.
 struct RadialTerms {
   std::vector<double> rate;    ///< 1/m2, ascending
   std::vector<double> peak;    ///< 1/m2

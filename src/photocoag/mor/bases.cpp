@@ -15,13 +15,13 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// The Gramians' eigenvalues fall below the rounding of doubles within the orders asked for.
+// The Gramians' eigenvalues fall below double precision within the orders in use.
 using Real = long double;
 
 // None of these is among the alphas on which the error is measured.
 constexpr std::array kSampledAlphas{0.29, 0.47, 0.83, 1.29, 1.72};
 
-// Inputs of the sampled alphas, each divided by its peak steady gain: an error counts in relation
+// Inputs of the sampled alphas, each divided by its peak steady gain, so that errors are relative
 // to the output.
 MatrixXd sampled_inputs(const FullOrderModel& full, const ImpulseSpace& space,
                         const std::vector<double>& betas) {
@@ -35,7 +35,7 @@ MatrixXd sampled_inputs(const FullOrderModel& full, const ImpulseSpace& space,
 }
 
 // Power switches between constant values: inputs are white noise through w / (s + w), 1/s. Without
-// it the Gramians care most for what happens within microseconds. Chosen for the smallest worst
+// it the Gramians are dominated by the first microseconds. Chosen for the smallest worst
 // certificate at order 6 and 10 on the paper's tissue.
 constexpr Real kInputBandwidthOneSided = 300.0L;
 constexpr Real kInputBandwidthTwoSided = 100.0L;
@@ -135,7 +135,7 @@ MatrixXd irka_basis(const FullOrderModel& full, const ImpulseSpace& space, int o
   for (Index a = 0; a < inputs.cols(); ++a) {
     const MatrixXd basis = irka_space(space.rates, inputs.col(a), order);
     // Weighted by the projected controllability Gramian's factor, so that the compression keeps the
-    // directions that are reached, not those that are merely in every space.
+    // directions that are reached, not those that every space happens to contain.
     const MatrixXd projected = basis.transpose() * space.rates.asDiagonal() * basis;
     const SymmetricEigen<double> modes =
         symmetric_eigen(MatrixXd(0.5 * (projected + projected.transpose())));

@@ -1,4 +1,4 @@
-// Role: offline; what spans a reduced state space, one function for every method. Used by mor.
+// Role: offline; bases of the reduced state space, one function per method. Used by mor.
 // Source: docs/models.md (bases). All work in the impulse space (impulse_space.hpp): A = -diag
 // (rates), B(alpha) = gain * F source(alpha), C_vol = B' / gain, C_peak. Units: SI.
 #pragma once
@@ -20,9 +20,9 @@ struct Bases {
   bool galerkin = true;   ///< test = trial, orthonormal: keeps symmetry and stability
 };
 
-/// `betas`: with two parameters every sampled alpha is taken at each of them. `source`: used by the
-/// Taylor basis only (its coefficients are the inputs). Throws Error if the
-/// impulse space has fewer than `order` directions. Allocates.
+/// `betas`: with two parameters every sampled alpha is combined with each of them. `source`: used
+/// by the Taylor basis only (its coefficients are the inputs). Throws Error if the impulse space
+/// has fewer than `order` directions. Allocates.
 Bases make_bases(const FullOrderModel& full, const ImpulseSpace& space, ReductionMethod method,
                  int order, const ParametricSource& source,
                  const std::vector<double>& betas = {1.0});
@@ -31,7 +31,7 @@ Bases make_bases(const FullOrderModel& full, const ImpulseSpace& space, Reductio
 /// controllability Gramians, each scaled by its peak steady gain.
 Eigen::MatrixXd controllability_basis(const FullOrderModel& full, const ImpulseSpace& space,
                                       int order, const std::vector<double>& betas = {1.0});
-/// Balanced truncation of the model with all sampled inputs and outputs side by side.
+/// Balanced truncation of the model with all sampled inputs and outputs stacked.
 Bases balanced_bases(const FullOrderModel& full, const ImpulseSpace& space, int order,
                      const std::vector<double>& betas = {1.0});
 /// Rational Krylov spaces of IRKA at sampled alphas, compressed to the order.

@@ -16,13 +16,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-constexpr double kRounding = 1e-9;  // of the steady gain: far above what sums of doubles lose
+constexpr double kRounding = 1e-9;  // of the steady gain: far above the rounding of sums of doubles
 
 std::vector<double> to_vector(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
 
-// What an output's values may be more in each cell than linear interpolation of those at the nodes:
-// on a cell |e - interpolant| <= sum over both directions of h^2/8 max |e''|, and the same once
-// more for e''.
+// How far an output may exceed the linear interpolation between nodes, per cell: on a cell |e -
+// interpolant| <= sum over both directions of h^2/8 max |e''|, and the same once more for e''.
 VectorXd remainder(const FactorNodes& nodes, const NodeValues& e) {
   const double a = nodes.factor(0);
   VectorXd result =
@@ -49,7 +48,8 @@ void subtract(const OutputExpansion<std::complex<double>>& x, const VectorXcd& p
   full.fourth_beta += x.fourth.beta.dot(magnitude);
 }
 
-// Sums of one output's e_k over k, at the nodes; in the end the largest over beta for each alpha.
+// Sums of one output's e_k over k, at the nodes; finish() takes the largest over beta for each
+// alpha.
 class OutputSums {
  public:
   OutputSums(const FactorNodes& nodes, std::size_t horizon, std::size_t treatment)
@@ -68,7 +68,7 @@ class OutputSums {
     if (k == treatment_) in_treatment_ = plus_.cwiseMax(minus_);
   }
 
-  // What comes after the horizon: in sum, and at its first instant.
+  // The tail beyond the horizon: its sum and its first value.
   void add_tail(double sum, double first) {
     plus_.array() += sum;
     minus_.array() += sum;
@@ -119,7 +119,7 @@ class OutputSums {
   double tail() const { return tail_; }
 
  private:
-  // Values for each alpha that hold between nodes, divided by a function that grows with alpha.
+  // Values per alpha that hold between nodes, divided by a function that grows with alpha.
   VectorXd divided(const VectorXd& values, const VectorXd& norm) const {
     if ((norm.array() == 1.0).all()) return values;
     const FactorNodes line(nodes_.range(), static_cast<int>(values.size()), 1);
@@ -193,8 +193,8 @@ ErrorCertificate certify(const ReducedModel& reduced, const FullOrderModel& full
     power = power.cwiseProduct(expansion.decay).eval();
     impulse.advance();
   }
-  // Beyond the horizon both models are bounded apart, mode by mode. `power` and the impulse are now
-  // at k = horizon + 1.
+  // Beyond the horizon the two models are bounded separately, mode by mode. `power` and the impulse
+  // are now at k = horizon + 1.
   const VectorXd remaining = power.cwiseAbs();
   const VectorXd remaining_sum = remaining.cwiseQuotient((1.0 - magnitude.array()).matrix());
   const OutputBounds& rest = impulse.rest();

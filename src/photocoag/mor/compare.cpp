@@ -22,7 +22,7 @@ ComparisonRow compare_one(const FullOrderModel& full, const ImpulseSpace& space,
     const ErrorReport error = measure_error(model, run);
     row.peak = error.peak_max();
     row.volume = error.volume_max();
-    verify(model);  // a model that a controller would refuse is shown with its error all the same
+    verify(model);  // a model that a controller would refuse still shows its error
   } catch (const Error& error) {
     row.refused = error.what();
   }

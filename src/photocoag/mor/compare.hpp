@@ -1,4 +1,5 @@
-// Role: offline; every reduction against order on the same runs. Used by `reduce --compare`.
+// Role: offline; the error of every reduction method over the order, on the same runs. Used by
+// `reduce --compare`.
 // Source: paper, section 2 (global basis and DEIM found superior to the Taylor series).
 // Units: relative errors as in ErrorReport.
 #pragma once
@@ -15,7 +16,7 @@ struct ComparisonRow {
   ReductionSettings settings;
   double peak = 0.0;    ///< largest relative error over all alphas and both powers
   double volume = 0.0;  ///< the same
-  std::string refused;  ///< why there is no such model, or why verify() rejects it; else empty
+  std::string refused;  ///< why the model could not be made, or why verify() rejects it; else empty
 };
 
 struct Comparison {

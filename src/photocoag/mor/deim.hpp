@@ -17,12 +17,12 @@ struct Deim {
 };
 
 /// Collateral basis: at most `max_terms` left singular vectors of `snapshots` (one column per
-/// alpha), fewer if the singular values drop below 1e-12 of the first; dofs greedily. Throws Error
-/// if snapshots are zero.
+/// alpha), fewer if the singular values drop below 1e-12 of the first; dofs chosen greedily. Throws
+/// Error if the snapshots are zero.
 Deim deim(const Eigen::MatrixXd& snapshots, int max_terms);
 
-/// The same basis, dofs by the QR factorisation of its transpose with column pivoting: independent
-/// of the basis within its span, and with a better bound of the interpolation's norm.
+/// The same basis, dofs by a QR factorisation of its transpose with column pivoting: independent of
+/// the basis chosen for the span, and with a better bound on the interpolation's norm.
 Deim q_deim(const Eigen::MatrixXd& snapshots, int max_terms);
 
 }  // namespace photocoag

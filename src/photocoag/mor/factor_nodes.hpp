@@ -13,7 +13,7 @@ namespace photocoag {
 /// lies between neighbours: two nodes if there is one beta, else four.
 class FactorNodes {
  public:
-  /// At least two alphas; one beta: beta is no parameter. Throws Error.
+  /// At least two alphas; `betas` = 1 if beta is no parameter. Throws Error.
   FactorNodes(const FactorRange& range, int alphas, int betas);
 
   const Eigen::VectorXd& alphas() const noexcept { return alpha_; }
@@ -24,15 +24,15 @@ class FactorNodes {
   }
   FactorRange range() const noexcept;
   /// h^2 / 8 in direction 0 (alpha) or 1 (beta; 0 if it is no parameter): the error of linear
-  /// interpolation is at most so many second derivatives.
+  /// interpolation is at most this times the largest second derivative.
   double factor(int direction) const noexcept { return factor_[direction]; }
 
   /// Largest value at the nodes of each cell.
   Eigen::VectorXd to_cells(const Eigen::VectorXd& at_nodes) const;
   /// Smallest value at the nodes of each cell.
   Eigen::VectorXd least_in_cells(const Eigen::VectorXd& at_nodes) const;
-  /// Largest value of the cells around each node: interpolated linearly in each direction it lies
-  /// above the cell's value everywhere in it.
+  /// Largest value of the cells around each node: its linear interpolant lies above each cell's
+  /// value throughout the cell.
   Eigen::VectorXd to_nodes(const Eigen::VectorXd& per_cell) const;
   /// Largest value over all betas, for each alpha.
   Eigen::VectorXd over_beta(const Eigen::VectorXd& at_nodes) const;

@@ -1,5 +1,5 @@
-// Role: offline; the full-order model's answer to one period of 1 W at all nodes of alpha and beta,
-// period by period, with what bounds it between nodes. Used by the certificate. Source:
+// Role: offline; the full-order model's response to one period of 1 W at all nodes of alpha and
+// beta, period by period, with bounds between nodes. Used by the certificate. Source:
 // docs/models.md (certificate). Units: K/W. Threads: one owner.
 #pragma once
 
@@ -38,9 +38,9 @@ struct OutputBounds {
 
 class FullImpulse {
  public:
-  /// k = 1, up to `horizon`. Layers that conduct differently: each radial mode has axial modes of
-  /// its own (some 25 ms each), whose sums are taken beforehand and kept: 32 bytes x nodes x
-  /// horizon, 48 with beta. Allocates.
+  /// k = 1, up to `horizon`. If layers conduct differently, each radial mode has axial modes of its
+  /// own (about 25 ms each), whose sums are precomputed and kept: 32 bytes x nodes x horizon, 48
+  /// with beta. Allocates.
   FullImpulse(const FullOrderModel& full, Discretization discretization, double period,
               const FactorNodes& nodes, std::size_t horizon);
   ~FullImpulse();
@@ -51,7 +51,7 @@ class FullImpulse {
 
   /// Sums over all k of one watt: the steady state.
   const OutputNodeValues& steady() const noexcept { return steady_; }
-  /// |sum over all k beyond the horizon|, and the value right behind it.
+  /// |sum over all k beyond the horizon|, and |value| at horizon + 1.
   const OutputBounds& rest() const noexcept { return rest_; }
   const OutputBounds& first_beyond() const noexcept { return first_beyond_; }
 
@@ -70,7 +70,7 @@ class FullImpulse {
   OutputBounds first_beyond_;
 };
 
-/// Per period, of the full-order model's slowest mode.
+/// Decay factor per period of the full-order model's slowest mode.
 double slowest_decay(const FullOrderModel& full, Discretization discretization, double period);
 
 }  // namespace photocoag

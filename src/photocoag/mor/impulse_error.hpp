@@ -1,6 +1,6 @@
 // Role: offline; e_k(alpha, beta) = full-order minus reduced impulse response as sums over modes,
-// with what bounds it between nodes of alpha and beta. Used by the certificate. Source:
-// docs/models.md (certificate). Units: K/W; the volume temperature before any normalisation.
+// with bounds between nodes of alpha and beta. Used by the certificate. Source: docs/models.md
+// (certificate). Units: K/W; the volume temperature before any normalisation.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace photocoag {
 
-/// d4/dalpha4, d4/dalpha2 dbeta2, d4/dbeta4, bounded. The latter two stay 0 for one parameter.
+/// Bounds of d4/dalpha4, d4/dalpha2 dbeta2 and d4/dbeta4. The latter two stay 0 for one parameter.
 struct FourthBounds {
   Eigen::VectorXd alpha;  ///< per term
   Eigen::VectorXd mixed;
@@ -30,7 +30,7 @@ struct FactorDerivatives {
   Matrix beta_beta;
 };
 
-/// Bounds of derivatives, [n][m] n times by alpha and m times by beta; empty where nobody asks.
+/// Bounds of derivatives, [n][m]: n times by alpha, m times by beta; empty where not needed.
 using DerivativeBounds = std::array<std::array<Eigen::VectorXd, 5>, 5>;
 
 /// One output as a sum over terms, sum_j value(node, j) x_j(k), where only the factors of x_j
@@ -67,12 +67,12 @@ class FullExpansion {
   FactorNodes nodes_;
   FactorDerivatives<Eigen::MatrixXd>
       source_;              // cells x nodes, per root measure; or basis_ times it
-  Eigen::MatrixXd basis_;   // of all of them, cells x some 20; else empty
+  Eigen::MatrixXd basis_;   // of all sources, cells x about 20; else empty
   DerivativeBounds bound_;  // per cell
 };
 
-/// The reduced model over the eigenvalues of A_d, x_i = lambda_i^(k-1), of whose product with
-/// `value` the real part counts.
+/// The reduced model over the eigenvalues of A_d, x_i = lambda_i^(k-1), the output being the real
+/// part of the sum.
 struct ReducedExpansion {
   ErrorExpansion<std::complex<double>> outputs;
   Eigen::VectorXcd decay;  ///< lambda_i

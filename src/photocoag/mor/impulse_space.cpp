@@ -42,7 +42,7 @@ class Snapshots {
     const MatrixXd radial_gram = radial_.transpose() * radial_;
     for (Index a = 0; a < sources_.cols(); ++a) {
       const MatrixXd own = sources_.col(a).asDiagonal() * axial_;
-      // t^(1/2): equal attention to every decade of time; then every alpha counts the same.
+      // t^(1/2): equal weight for every decade of time; then equal weight for every alpha.
       const VectorXd energy =
           radial_gram.diagonal().cwiseProduct(own.colwise().squaredNorm().transpose());
       weights_.col(a) = times_.cwiseSqrt();
@@ -153,7 +153,7 @@ ImpulseSpace impulse_space(const FullOrderModel& model,
     source.col(j) = part.transpose() * beam;
     peak += model.peak_axial()[j] * (part.transpose() * peak_radial);
   }
-  // The Gram matrix squares the condition number, so the basis is orthonormal only roughly.
+  // The Gram matrix squares the condition number, so the basis is orthonormal only approximately.
   return diagonalised(
       {own_gram, rate_matrix, source, peak, [snapshots, coefficients](const VectorXd& c) {
          return MatrixXd(snapshots.radial() * snapshots.axial_factor(coefficients * c));

@@ -1,8 +1,8 @@
-// Role: offline; a small model that follows the full-order one to about 1e-5, from which bases are
-// made. Used by mor. Source: method of snapshots (Sirovich 1987); docs/equations.md (E12). Why: the
-// span of all impulse responses e^(At) B(alpha) is nearly 100-dimensional. Projected on it, every
-// later step (pulse responses, POD, choice of weights) costs microseconds instead of passes over n
-// > 80,000 states. Units: SI.
+// Role: offline; an intermediate model, accurate to about 1e-5, from which bases are made. Used by
+// mor. Source: method of snapshots (Sirovich 1987); docs/equations.md (E12). Why: the span of all
+// impulse responses e^(At) B(alpha) is nearly 100-dimensional. Projected on it, every later step
+// (pulse responses, POD, choice of weights) costs microseconds instead of passes over n > 80,000
+// states. Units: SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,12 +37,12 @@ struct BasisProducts {
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& c)> combine;
 };
 
-/// The space that V spans. Throws Error if the columns of V are dependent. Allocates.
+/// The space spanned by V. Throws Error if the columns of V are dependent. Allocates.
 ImpulseSpace diagonalised(const BasisProducts& basis);
 
 /// Separable models: snapshots e^(A t) B(alpha, beta) for all `absorption_factors` and t log-spaced
-/// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are rounding
-/// and left out; memory and time grow with the number of axial modes, not with n. Others:
+/// over [1e-6 s, 1 s]; directions with a Gram eigenvalue below 1e-13 of the largest are dropped as
+/// rounding; memory and time grow with the number of axial modes, not with n. Others:
 /// mor/resolvent_basis.hpp. Allocates.
 ImpulseSpace impulse_space(const FullOrderModel& model,
                            const std::vector<AbsorptionFactors>& absorption_factors);

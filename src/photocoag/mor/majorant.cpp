@@ -95,7 +95,7 @@ std::vector<double> exponential_majorant(const std::vector<double>& value,
   const VectorXd x = cover(cover_rows);
   std::vector<double> c(decay.size());
   for (Index j = 0; j < n; ++j) c[j] = x[j] * (1.0 - decay[j]);
-  // The simplex method stops within its tolerance of the vertex: lift to what was asked for.
+  // The simplex method stops within its tolerance of the vertex: scale up to satisfy every row.
   double lift = 1.0;
   for (std::size_t k = 0; k < value.size(); ++k) {
     const double reached = majorant_value(c, decay, static_cast<double>(k + 1));

@@ -68,8 +68,8 @@ ParametricSource chebyshev(const FullOrderModel& full, int terms) {
   return result;
 }
 
-// The same in alpha and beta: the terms are shared out as evenly as they can be, and one more for
-// alpha rather than for beta.
+// The same in alpha and beta: the terms are split as evenly as possible, alpha getting the larger
+// part.
 ParametricSource chebyshev(const FullOrderModel& full, int terms, const ChoroidRange& choroid) {
   const int beta_terms = static_cast<int>(std::sqrt(terms));
   const int alpha_terms = terms / beta_terms;
@@ -164,8 +164,8 @@ Eigen::VectorXd theta_at(const Theta& theta, AbsorptionFactors at) {
 
 ParametricSource parametric_source(const FullOrderModel& full, ParameterDependence dependence,
                                    int terms, const ChoroidRange& choroid) {
-  // Over the estimator's widest range of alpha, so that theta is right wherever the filter may
-  // look.
+  // Over the estimator's widest range of alpha, so that theta is accurate wherever the filter may
+  // go.
   const auto snapshots = [&] {
     return source_snapshots(full, tensor(log_spaced(kLow, kHigh, choroid.free ? 15 : 40),
                                          choroid.samples(7, kChoroidMargin)));

@@ -1,6 +1,6 @@
 // Role: offline; B(alpha) and C_vol(alpha) as sums of terms. Used by mor. Source: docs/models.md
-// (parameter dependence); paper, section 2 for DEIM. Why one function serves both: the volume
-// output is the input's adjoint, both are the same axial source vector. Units: SI.
+// (parameter dependence); paper, section 2 for DEIM. One function serves both because the volume
+// output is the input's adjoint: both are the same axial source vector. Units: SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ struct ParametricSource {
   Eigen::MatrixXd sources;  ///< axial modes x terms
 };
 
-/// The range of beta to make a model for; a tissue with one parameter knows beta = 1 only.
+/// The range of beta to make a model for; beta = 1 if the tissue has one parameter.
 struct ChoroidRange {
   bool free = false;  ///< two parameters
   double low = 1.0;
@@ -30,16 +30,17 @@ struct ChoroidRange {
   std::vector<double> samples(int count, double margin) const;
 };
 
-/// Of settings, if a layer of the tissue is scaled by beta.
+/// The settings' range if a layer of the tissue is scaled by beta, else beta = 1.
 ChoroidRange choroid_range(const Tissue& tissue, const ReductionSettings& settings);
 
 /// Every alpha with every beta, alpha running fastest.
 std::vector<AbsorptionFactors> tensor(const std::vector<double>& alphas,
                                       const std::vector<double>& betas);
 
-/// Interpolation over [0.2, 2], the estimator's widest range, times a quarter more than `choroid`,
-/// or the Taylor polynomial. DEIM may return fewer terms than asked for (deim.hpp). Throws Error if
-/// the dependence has one parameter (kTaylor) and the tissue two. Allocates.
+/// Interpolation over alpha in [0.2, 2], the estimator's widest range, and beta in `choroid`
+/// widened by a factor of 1.25 at both ends; or the Taylor polynomial. DEIM may return fewer terms
+/// than asked for (deim.hpp). Throws Error if the dependence has one parameter (kTaylor) and the
+/// tissue two. Allocates.
 ParametricSource parametric_source(const FullOrderModel& full, ParameterDependence dependence,
                                    int terms, const ChoroidRange& choroid = {});
 

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The method's hyperparameters, tailored once by a random search on the paper's tissue: smallest
+// The method's hyperparameters, tuned once by a random search on the paper's tissue: smallest
 // worst error over on/off powers of many dwell times and smallest L1 norm of the impulse response's
 // error, at 1 ms and at 4 ms. The search put nearly all weight on the two ends of the range of
 // alpha. None of these alphas is among those on which the error is measured.

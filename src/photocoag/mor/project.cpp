@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Turned so that the peak output's weight is not negative, which fixes the sign of each state.
+// Fixes the sign of each state so that its weight in the peak output is not negative.
 void fix_signs(const ImpulseSpace& space, MatrixXd& trial, MatrixXd& test) {
   for (Index k = 0; k < trial.cols(); ++k) {
     if (trial.col(k).dot(space.peak) < 0.0) {

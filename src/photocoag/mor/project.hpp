@@ -1,5 +1,5 @@
 // Role: offline; projection of the impulse-space model and the coordinates of the result. Used by
-// mor. Source: docs/models.md (projection). Units: SI.
+// mor. Source: docs/models.md (bases). Units: SI.
 #pragma once
 
 #include "photocoag/mor/bases.hpp"

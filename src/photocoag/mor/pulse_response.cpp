@@ -58,7 +58,7 @@ void PulseResponse::advance() noexcept {
     state_.col(i).head(modes).array() *= decay_.col(i).head(modes).array();
     while (modes > 0 && state_(modes - 1, i) <= least_(modes - 1, i)) --modes;
   }
-  // Radial rates ascend: once nothing is left in one radial mode, nothing is in those behind it.
+  // Radial rates ascend: once one radial mode has vanished, so have all faster ones.
   while (active_.size() > 1 && active_.back() == 0) active_.pop_back();
   collect();
 }

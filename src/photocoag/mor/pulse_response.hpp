@@ -1,7 +1,7 @@
 // Role: offline; modes of the full-order model at the sample instants after one period of 1 W, for
 // every alpha and beta at once. Used by the certificate. Source: docs/equations.md (E7);
-// docs/models.md. Why not ModalStepper: without later power every mode only decays, so that modes
-// drop out for good and ten thousand periods cost little more than the first hundred. Units: SI.
+// docs/models.md. Why not ModalStepper: without later power every mode only decays, so modes drop
+// out for good and ten thousand periods cost little more than the first hundred. Units: SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct ModeGroup {
   Eigen::VectorXd spot_weight;  ///< beam_i^2
 };
 
-/// Per period of a mode, for zero-order hold and implicit Euler.
+/// Decay factor of a mode per period, for zero-order hold and implicit Euler.
 double mode_decay(double rate, Discretization discretization, double period) noexcept;
 
 class PulseResponse {
@@ -40,7 +40,7 @@ class PulseResponse {
 
   /// x_ij = gain_ij decay_ij^(k-1).
   const AxialProfiles& profiles() const noexcept { return profiles_; }
-  /// Axial modes that are not zero come first; so many.
+  /// Number of axial modes that are not yet dropped; they come first.
   Eigen::Index active() const noexcept { return active_.empty() ? 0 : active_.front(); }
 
   /// Sums over all k > `after`: x_ij = decay_ij^after / rate_ij for both discretizations; after = 0

@@ -1,6 +1,6 @@
 // Role: offline; from a reduced state back to temperatures in all cells: T = V x. Used by `field`.
-// Source: docs/models.md (projection). V is not in the model file (n x order numbers): it is made
-// again by the reduction, which is deterministic. Units: SI.
+// Source: docs/models.md (bases). V (n x order) is not in the model file: the reduction, which is
+// deterministic, is repeated to get it. Units: SI.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace photocoag {
 
-/// A reduced model together with what lifts its states.
+/// A reduced model with the basis that lifts its states.
 struct ReconstructingModel {
   ReducedModel model;  ///< as project_model() makes it
   ImpulseSpace space;

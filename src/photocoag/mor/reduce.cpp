@@ -13,7 +13,7 @@ namespace photocoag {
 
 namespace {
 
-// A range of beta a little wider than that of the check, as for alpha.
+// Training covers a slightly wider range of beta than validation, as for alpha.
 constexpr double kTrainingMargin = 1.04;
 constexpr int kTrainingChoroids = 4;
 
@@ -77,12 +77,12 @@ ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space
 
 namespace {
 
-// A refined model follows the slow end of the response too, which no short run shows: it may lose
-// so much on one before the projection is called better.
+// A refined model also fits the slow end of the response, which a short run does not show: its
+// error on a short run may be this many times the projection's before the projection is preferred.
 constexpr double kMostLoss = 2.0;
 
 // The fit keeps stability, not the signs that verify() asks for, and its sum of squares is not the
-// largest error: where the projection is the better model, it is taken.
+// largest error: where the projection is better, it is kept.
 ReducedModel trusted_model(const FullOrderModel& full, const ImpulseSpace& space,
                            ReductionSettings settings, double period,
                            Discretization discretization) {

@@ -1,7 +1,7 @@
 // Role: offline; full-order model -> reduced model, with its measured error. Used by `reduce` and
 // the model cache. Source: paper, section 2 (global basis and DEIM); docs/equations.md (E8) to
-// (E13). Differences: exact zero-order hold by default; snapshot weights tailored here (the paper
-// does not give its own). Units: SI.
+// (E13). Differences: exact zero-order hold by default; snapshot weights tuned here (the paper does
+// not give its own). Units: SI.
 #pragma once
 
 #include <memory>
@@ -34,10 +34,10 @@ struct ValidationSettings {
 std::vector<double> on_off_power(double duration, double period, double mean_dwell,
                                  std::uint64_t seed);
 
-/// The full-order model's outputs for the validation powers and alphas: made once, any number of
-/// reduced models of the same period and discretization measured against it. The full-order model
-/// is stepped once per signal if it is separable (its state does not depend on alpha or beta), else
-/// once per source of a handful that span all.
+/// The full-order model's outputs for the validation powers and alphas: computed once, then any
+/// number of reduced models of the same period and discretization is measured against it. The
+/// full-order model is stepped once per signal if it is separable (its state does not depend on
+/// alpha or beta), else once for each of a few sources that span all.
 struct ValidationRun {
   std::vector<AbsorptionFactors> factors;
   bool two_parameters = false;
@@ -64,8 +64,8 @@ ErrorReport measure_error(const ReducedModel& reduced, std::shared_ptr<const Ful
 ImpulseSpace reduction_space(const FullOrderModel& full, const ReductionSettings& settings = {});
 
 /// The reduced model alone: neither verified nor measured nor certified. Throws Error if it is not
-/// stable or the space has fewer directions than the order. `trial`, if not null, gets the basis in
-/// the model's coordinates (mor/reconstruct.hpp).
+/// stable or the space has fewer directions than the order. `trial`, if not null, receives the
+/// basis in the model's coordinates (mor/reconstruct.hpp).
 ReducedModel project_model(const FullOrderModel& full, const ImpulseSpace& space,
                            const ReductionSettings& settings, double period,
                            Discretization discretization, Eigen::MatrixXd* trial = nullptr);

@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The method's hyperparameters, tailored once by a random search on the paper's tissue and on one
+// The method's hyperparameters, tuned once by a random search on the paper's tissue and on one
 // with ten times the choroid's absorption, at 1 ms and at 4 ms: smallest worst error over on/off
 // powers of many dwell times with sum |e_k| held small. None of these alphas is among those on
 // which the error is measured.
@@ -49,8 +49,8 @@ std::vector<TrainingFactors> training(const std::vector<double>& betas) {
   return all;
 }
 
-// Log of a sample's weight at 1 ms, 10^-2.5 s, … 10 s, beyond what makes every decade of time count
-// alike; linear in log t.
+// Log of a sample's weight at 1 ms, 10^-2.5 s, … 10 s, on top of equal weight per decade of time;
+// linear in log t.
 constexpr std::array<double, 9> kHalfDecadeWeight{0.82, 0.98,  0.32,  0.17, 0.36,
                                                   0.01, -0.14, -0.52, -1.12};
 constexpr double kFirstTime = 1e-3;
@@ -65,7 +65,7 @@ double time_weight(double time) {
                   fraction * kHalfDecadeWeight[below + 1]);
 }
 
-// What one period leaves of x' = -rate x: a(x), x = rate * period, 1 - a, and a' x.
+// Decay of x' = -rate x over one period: a(x) with x = rate * period, 1 - a, and a' x.
 struct Decay {
   double value;
   double loss;
@@ -140,7 +140,7 @@ Target make_target(const FullOrderModel& full, const ImpulseSpace& space,
   for (Index i = 0; i < count; ++i) {
     const Index next = std::min(i + 1, count - 1);
     const double width = target.periods[next] - target.periods[next - 1];
-    // A sample stands for `width` periods, and e_k k is what a decade of time can sum up to.
+    // A sample represents `width` periods, and k e_k is the possible sum over a decade of time.
     target.weight[i] =
         std::sqrt(width * target.periods[i]) * time_weight(target.periods[i] * period);
     for (Index j = 0; j < space.size(); ++j) {

@@ -1,6 +1,6 @@
-// Role: offline; a reduced model's numbers adjusted until its responses follow the full-order
-// model's as closely as its order allows. Used by mor. Source: output-error least squares by
-// Levenberg and Marquardt (Nocedal and Wright 2006, section 10.3); docs/models.md (refinement).
+// Role: offline; fits a reduced model's rates, inputs and peak weights to the full-order model's
+// responses. Used by mor. Source: output-error least squares by Levenberg and Marquardt (Nocedal
+// and Wright 2006, section 10.3); docs/models.md (refinement).
 // Difference to a projection: rates, inputs and peak weights are free; the structure that
 // guarantees stability and passivity is kept: A diagonal and negative, C_vol = B' / gain. Units:
 // SI.
@@ -20,9 +20,9 @@ namespace photocoag {
 /// responses of both outputs, at eight alphas (with two parameters at each of `betas`) and at the
 /// ends of periods up to 6 s:
 ///   sum_a sum_k w_k^2 [ (h_peak,k - h_peak,k^r)^2 / gain_peak^2 + the same for the volume ]
-/// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); it is
-/// where the search starts, and nothing worse is left. Returns half the sum, to compare starts by.
-/// Changes A, B, C_volume and C_peak. Periods in s. Allocates. Deterministic.
+/// `model` must be a Galerkin model with `source`'s theta (A diagonal, C_vol = B' / gain); the
+/// search starts there and never makes it worse. Returns half the sum, to compare starting points
+/// by. Changes A, B, C_volume and C_peak. Periods in s. Allocates. Deterministic.
 double refine(const FullOrderModel& full, const ImpulseSpace& space, const ParametricSource& source,
               double period, Discretization how, ReducedModel& model,
               const std::vector<double>& betas = {1.0});

@@ -98,7 +98,7 @@ MatrixXd source_basis(const FullOrderModel& model,
 
 MatrixXd resolvent_basis(const FullOrderModel& model,
                          const std::vector<AbsorptionFactors>& absorption_factors) {
-  // The weaker directions of the source count as little as they occur: scaled as in the snapshots.
+  // Weak directions of the source keep their small weight: scaled as in the snapshots.
   MatrixXd sources(model.axial().size(), static_cast<Index>(absorption_factors.size()));
   for (Index a = 0; a < sources.cols(); ++a) {
     sources.col(a) = model.axial_source(absorption_factors[a]).normalized();

@@ -1,4 +1,4 @@
-// Role: offline; the span of the impulse responses where nothing separates. Used by mor
+// Role: offline; the span of the impulse responses for models that are not separable. Used by mor
 // (impulse_space). Source: rational Krylov spaces for parametric sources; the number of shifts
 // after Druskin, Knizhnerman and Zaslavsky, SIAM J. Sci. Comput. 31 (2009) 3760-3780: for a
 // symmetric operator the error falls geometrically with the number of log-spaced real shifts.
@@ -25,8 +25,8 @@ Eigen::MatrixXd resolvent_basis(const FullOrderModel& model,
                                 const std::vector<AbsorptionFactors>& absorption_factors);
 
 /// Orthonormal axial sources in whose span the source of every alpha lies, to 1e-7 of the largest:
-/// columns; the source of one alpha is their combination with their products with it. A handful,
-/// for the sources depend on alpha through few layers. Allocates.
+/// columns; the coefficients of one source are its inner products with them. Few columns, as the
+/// sources depend on alpha through few layers. Allocates.
 Eigen::MatrixXd source_basis(const FullOrderModel& model,
                              const std::vector<AbsorptionFactors>& absorption_factors);
 

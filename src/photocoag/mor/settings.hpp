@@ -1,5 +1,5 @@
-// Role: setup; how a reduced model is made. Used by mor and the configuration. Each choice with
-// equations and references: docs/models.md.
+// Role: setup; how a reduced model is made. Used by mor and the configuration. Equations and
+// references of each choice: docs/models.md.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ enum class ReductionMethod {
   kBalanced,          ///< dominant controllability modes over alpha, Galerkin
   kBalancedTwoSided,  ///< global balanced truncation, Petrov-Galerkin
   kIrka,              ///< rational Krylov spaces of IRKA at sampled alphas, concatenated
-  kTaylor,            ///< the group's earlier method: Taylor series about one alpha
+  kTaylor,            ///< the paper's group's earlier method: Taylor series about one alpha
 };
 
 inline constexpr std::array<std::string_view, 5> kReductionMethodWords{
@@ -42,7 +42,7 @@ constexpr std::string_view to_string(ParameterDependence dependence) noexcept {
   return kParameterDependenceWords[static_cast<std::size_t>(dependence)];
 }
 
-/// What is done to a projected model afterwards. In the order of kRefinementWords.
+/// What follows the projection. In the order of kRefinementWords.
 enum class Refinement {
   kOutputError,  ///< rates and weights fitted to the full-order model's responses (refine.hpp)
   kNone,         ///< nothing: the paper's model

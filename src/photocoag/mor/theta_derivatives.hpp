@@ -13,8 +13,8 @@ namespace photocoag {
 /// The derivatives of theta_j of this order at alpha and beta. Allocates.
 Eigen::VectorXd theta_derivative(const Theta& theta, DerivativeOrder order, AbsorptionFactors at);
 
-/// At least their absolute values everywhere in `range`. Throws Error if Chebyshev polynomials are
-/// asked about outside their interval. Allocates.
+/// Upper bounds of their absolute values over `range`. Throws Error if `range` leaves the Chebyshev
+/// polynomials' interval. Allocates.
 Eigen::VectorXd theta_derivative_bound(const Theta& theta, DerivativeOrder order,
                                        const FactorRange& range);
 

@@ -27,8 +27,8 @@ constexpr int kCheckedEyes = 200;      // measured on
 constexpr std::uint64_t kFitSeed = 1;  // of the eyes fitted to, and measured on
 constexpr std::uint64_t kCheckSeed = 2;
 
-// How fine a polynomial a quantity needs: the degree that it may have alone. A term is taken if the
-// sum of its degrees, each over the quantity's own, is at most 1 (plus pairs of the lowest ones).
+// Highest degree that a quantity may have alone. A term is included if the sum of its degrees, each
+// over the quantity's own, is at most 1 (plus pairs of the lowest ones).
 int degree_of(const UncertainQuantity& quantity) {
   switch (quantity.kind) {
     case QuantityKind::kAbsorptionFactor:
@@ -69,7 +69,7 @@ std::vector<PolynomialTerm> polynomial_terms(const std::vector<UncertainQuantity
   return terms;
 }
 
-// A point of the box, denser at its edges, where a least squares polynomial needs it.
+// A point of the box, denser towards the edges, as polynomial least squares requires.
 std::vector<double> point_of(const std::vector<UncertainQuantity>& quantities, std::uint64_t seed,
                              std::uint64_t index) {
   std::vector<double> log_q;
@@ -82,7 +82,7 @@ std::vector<double> point_of(const std::vector<UncertainQuantity>& quantities, s
   return log_q;
 }
 
-// The tissue of an eye on the shared grid: the last layer makes up for the others.
+// The tissue of an eye on the shared grid: the last layer absorbs the differences in depth.
 Tissue tissue_at(const Tissue& tissue, const std::vector<UncertainQuantity>& quantities,
                  const std::vector<double>& log_q, double depth) {
   Tissue eye = tissue;

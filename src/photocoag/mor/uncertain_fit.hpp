@@ -1,5 +1,5 @@
-// Role: offline; the full-order model's responses over several uncertain quantities -> modes they
-// share, residues as polynomials. Used by the model cache and `reduce`. Source:
+// Role: offline; fits the full-order model's responses over several uncertain quantities by shared
+// modes with polynomial residues. Used by the model cache and `reduce`. Source:
 // docs/uncertainty.md: vector fitting with fixed poles (Gustavsen and Semlyen, 1999) and least
 // squares over a sparse polynomial basis. Units: SI. Real time: no.
 #pragma once
@@ -15,8 +15,9 @@
 
 namespace photocoag {
 
-/// Fits to eyes that fill the box of `belief`'s quantities and measures on others. Throws Error if
-/// the tissue's layers conduct differently or are perfused, or a quantity does not fit the tissue.
+/// Fits to eyes spread over the box of `belief`'s quantities and measures the error on others.
+/// Throws Error if the tissue's layers conduct differently or are perfused, or a quantity does not
+/// fit the tissue.
 UncertainModel fit_uncertain_model(const Tissue& tissue, const GridSettings& grid,
                                    const Belief& belief, double period);
 

@@ -47,9 +47,9 @@ void run_separable(const std::shared_ptr<const FullOrderModel>& full, Discretiza
 }
 
 // Step responses to 1 W: period by period, all absorption factors in turn. Everything is linear in
-// the source, and a handful of sources span all: one run for each. After one period of power the
-// tissue only cools, which gets cheaper from step to step (LayeredStepper); the step response is
-// the sum of the pulse response so far.
+// the source, and a few sources span all: one run for each. After one period of power the tissue
+// only cools, which gets cheaper step by step (LayeredStepper); the step response is the running
+// sum of the pulse response.
 std::vector<Outputs> layered_step_responses(const std::shared_ptr<const FullOrderModel>& full,
                                             Discretization discretization, double period,
                                             const std::vector<AbsorptionFactors>& factors,

@@ -1,5 +1,6 @@
-// Role: setup; what is believed of an eye before it is treated: quantities, a range and a Gaussian
-// in their logarithms. Used by mor (ranges), estimation (prior). Source: docs/uncertainty.md.
+// Role: setup; the prior of an eye: uncertain quantities, their ranges and a Gaussian in their
+// logarithms. Used by mor (ranges), estimation (prior), config, campaign. Source:
+// docs/uncertainty.md.
 // Units: SI; every quantity is positive.
 #pragma once
 
@@ -20,8 +21,8 @@ enum class QuantityKind {
   kLayerAbsorption,   ///< 1/m
   kSpotRadius,        ///< m
   kConductivity,      ///< W/(m K), of all layers
-  kTransmission,      ///< of the optics in front of the fundus
-  kCalibration,       ///< measured volume temperature / true one
+  kTransmission,      ///< 1, of the optics in front of the fundus
+  kCalibration,       ///< 1, measured volume temperature / true one
 };
 
 std::string_view to_string(QuantityKind kind) noexcept;
@@ -30,13 +31,13 @@ inline constexpr int kMaxQuantities = 10;
 
 struct UncertainQuantity {
   QuantityKind kind = QuantityKind::kAbsorptionFactor;
-  std::string layer;  ///< of the two kinds that have one
+  std::string layer;  ///< for the two kinds that have one, else empty
   double low = 0.0;   ///< SI, above 0
   double high = 0.0;
-  /// False: its covariance counts, its value stays where the prior has it.
+  /// False: its covariance counts, but its value stays at the prior mean (a consider parameter).
   bool estimated = true;
 
-  /// Transmission and calibration scale the outputs: exact, no part of the fit.
+  /// Transmission and calibration scale the outputs exactly and are not part of the fit.
   bool is_factor() const noexcept {
     return kind == QuantityKind::kTransmission || kind == QuantityKind::kCalibration;
   }
@@ -49,7 +50,7 @@ struct Belief {
   std::vector<UncertainQuantity> quantities;
   std::vector<double> mean;        ///< of ln q, SI
   std::vector<double> covariance;  ///< of ln q, row by row
-  double noise = 0.0;              ///< K; 0: as the estimator's measurement_noise
+  double noise = 0.0;              ///< K; 0: the estimator's measurement_noise
   double noise_spread = 0.0;       ///< of its logarithm
 
   bool declared() const noexcept { return !quantities.empty(); }

@@ -71,8 +71,8 @@ void ErrorCertificate::validate() const {
                not_negative(output->sum) && not_negative(output->scale) &&
                not_negative(output->majorant),
            name, "finite numbers, not negative");
-    // No model of a few states is without an error; all errors are no less than those of one sign,
-    // and those of a treatment no more.
+    // No model of a few states is exact; the bound for both signs is at least that for one sign,
+    // and that of a treatment at most.
     for (std::size_t i = 0; i < nodes; ++i) {
       constexpr double kRounding = 1.0 + 1e-9;
       demand(output->bound[i] > 0.0 && output->scale[i] > 0.0 && output->relative[i] > 0.0 &&

@@ -1,11 +1,11 @@
-// Role: online and offline; the proved error bound of a reduced model and its running form. Made by
-// mor/certificate, stored in the model file. Source: derived here; docs/models.md (certificate).
-// What it says: two models start cold, share one alpha (and beta) in the certificate's range and
-// get the same powers u_k >= 0, held over one period. At every sample instant the outputs of the
-// full-order and the reduced model then differ by no more than the bounds below. What it does not
-// say: anything about a filter's estimate, which is driven by measurements of the true tissue;
-// there the volume part acts as a bounded bias of the measurement. Between sample instants and for
-// another period it does not hold. Units: SI; bounds in K. Real time: RunningErrorBound is noexcept
+// Role: online and offline; the proved error bound of a reduced model, worst-case and running. Made
+// by mor/certificate, stored in the model file. Used by mor, rom, mpc. Source: derived here;
+// docs/models.md (certificate). Statement: if the full-order and the reduced model start cold with
+// the same alpha (and beta) in the certificate's range and the same powers u_k >= 0, each held over
+// one period, their outputs differ at every sample instant by no more than the bounds below. It
+// does not hold between sample instants or for another period, and it does not cover a filter's
+// estimate, which is driven by measurements of the true tissue: there the volume bound acts as a
+// bounded bias of the measurement. Units: SI; bounds in K. Real time: RunningErrorBound is noexcept
 // and allocation-free but for its constructor. Threads: plain data; RunningErrorBound has one
 // owner.
 #pragma once
@@ -20,11 +20,11 @@ namespace photocoag {
 
 inline constexpr int kMaxMajorantTerms = 8;
 
-/// One output's part. All vectors have one entry per node of alpha and are meant to be interpolated
-/// linearly between nodes, where they hold as well.
+/// One output's part. Vectors have one entry per node of alpha (`majorant`: per decay);
+/// interpolated linearly, they hold between nodes too.
 struct OutputCertificate {
-  /// K/W; >= max(sum_k e_k^+, sum_k e_k^-), e_k = h_full,k - h_reduced,k, k = 1, 2, …: what powers
-  /// from 0 to 1 W can do, attained by on/off powers.
+  /// K/W; >= max(sum_k e_k^+, sum_k e_k^-), e_k = h_full,k - h_reduced,k, k = 1, 2, …: for powers
+  /// from 0 to 1 W, attained by on/off powers.
   std::vector<double> bound;
   std::vector<double> relative;  ///< bound / steady gain of the full-order model
   /// The same for the first ErrorCertificate::treatment_duration only.
@@ -42,17 +42,17 @@ struct ErrorCertificate {
   std::vector<double> absorption_factors;  ///< nodes of alpha, ascending
   OutputCertificate peak;
   OutputCertificate volume;
-  std::vector<double> decay;        ///< lambda_j per period, in (0, 1), shared by both outputs
+  std::vector<double> decay;        ///< lambda_j per period, in [0, 1), shared by both outputs
   double treatment_duration = 0.0;  ///< s, whole periods
-  std::size_t horizon = 0;     ///< periods that were summed one by one; the rest is a proved tail
+  std::size_t horizon = 0;          ///< periods summed explicitly; beyond it a proved tail
   double tail_relative = 0.0;  ///< share of the tail in the bounds, relative to the steady gain
 
-  /// Bounds for every power 0 <= u <= power_max at any time, K. `alpha` is clamped to the range of
-  /// the nodes.
+  /// Bounds at all times for powers 0 <= u <= power_max, K. `alpha` is clamped to the range of the
+  /// nodes.
   Outputs bound(double alpha, double power_max) const noexcept;
 
   /// Throws Error naming the first entry that cannot be right: sizes, order of the nodes, values
-  /// that are negative or not finite, decays outside (0, 1).
+  /// that are negative or not finite, decays outside [0, 1).
   void validate() const;
 };
 

@@ -22,9 +22,9 @@ struct DiscretePair {
 /// core/discretization.hpp. Allocates.
 DiscretePair discretize(const Eigen::MatrixXd& A, double period, Discretization how);
 
-/// The model with twice the states: the volume temperature is taken from the second half, which is
-/// what a period showed of the first: `before` times the state at its begin, and `power` (a column
-/// per term of B) times the period's power.
+/// The model with twice the states, whose volume temperature is read from the second half: `before`
+/// times the first half at the period's start plus `power` (one column per term of B) times the
+/// period's power, i.e. the state as sampled within the period.
 ReducedModel with_shown_states(const ReducedModel& model, const Eigen::MatrixXd& before,
                                const Eigen::MatrixXd& power);
 

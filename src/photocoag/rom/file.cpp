@@ -133,7 +133,7 @@ Json parameters_to_json(const ReducedModel& model) {
   return list;
 }
 
-// What was done, in a few words: goes into lines that are printed.
+// A short label that goes into printed lines.
 std::string read_label(const JsonReader& json) {
   constexpr std::size_t kLongest = 80;
   std::string label = json.text();
@@ -144,7 +144,7 @@ std::string read_label(const JsonReader& json) {
 ReducedModel read_model(const JsonReader& json) {
   ReducedModel model;
   model.method = read_label(json["method"]);
-  // Files made before there was any do not name it.
+  // Older files do not have it.
   if (json.has("refinement")) model.refinement = read_label(json["refinement"]);
   const std::vector<JsonReader> parameters = json["parameters"].list(kMaxParameters);
   json["parameters"].expect(!parameters.empty(), "\"alpha\", or \"alpha\" and \"beta\"");
@@ -154,7 +154,7 @@ ReducedModel read_model(const JsonReader& json) {
     model.parameters.push_back(read_range(parameters[q], to_string(ScaledBy(q + 1)), kHighest[q]));
   }
   model.theta = read_theta(json["theta"], parameters.size());
-  // Files made before there was a choice do not name it.
+  // Older files do not have it.
   model.parameter_dependence = json.has("parameter_dependence")
                                    ? read_label(json["parameter_dependence"])
                                    : std::string(to_string(model.theta.kind));
@@ -207,7 +207,7 @@ ReducedModel read_model(const JsonReader& json) {
   return model;
 }
 
-// Told twice: by the number of parameters and by the layers.
+// Stored twice: as the number of parameters and in the layers.
 void check_parameters(const JsonReader& json, const ReducedModel& model) {
   json["parameters"].expect((model.parameters.size() == 2) == model.tissue.two_parameters(),
                             model.tissue.two_parameters()
@@ -215,7 +215,7 @@ void check_parameters(const JsonReader& json, const ReducedModel& model) {
                                 : "alpha alone, because no absorbing layer has scaled_by_beta");
 }
 
-// The normalisation is told twice, by what the online code uses and by the tissue: they must agree.
+// The normalisation is stored twice, for the online code and in the tissue: they must agree.
 void check_normalization(const JsonReader& json, const ReducedModel& model) {
   const bool normalized = model.tissue.volume_temperature == VolumeTemperature::kNormalized;
   json["volume_normalized"].expect(

@@ -11,16 +11,16 @@
 namespace photocoag {
 
 inline constexpr int kModelFileVersion = 1;
-/// With the responses over several uncertain quantities; otherwise the same.
+/// Version of files that also hold the responses over several uncertain quantities.
 inline constexpr int kUncertainModelFileVersion = 2;
 
 /// The model as JSON text with its checksum (SHA-256 of everything else). The same model gives the
-/// same bytes; numbers are written so that reading gives the same bits.
+/// same bytes; numbers are written so that they read back bit for bit.
 std::string to_json(const ReducedModel& model);
 
 /// Reads and verifies. `where` is named in errors. Throws Error naming the field, what was found
-/// and what is accepted: not JSON, cut off, altered (checksum), another version, a missing or wrong
-/// field, or a model that verify() rejects.
+/// and what is accepted: not JSON, truncated, altered (checksum), another version, a missing or
+/// wrong field, or a model that verify() rejects.
 ReducedModel from_json(std::string_view text, std::string_view where);
 
 /// to_json into a file, replaced as a whole (written beside it, then renamed). Throws Error.

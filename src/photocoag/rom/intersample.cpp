@@ -34,7 +34,7 @@ ReducedModel with_intersample(const ReducedModel& model, const IntersampleTiming
   const Eigen::Index n = model.order();
   if (2 * n > kMaxOrder) {
     throw Error(ErrorParts{.key = "model.order",
-                           .problem = "samples within a period need two states for each",
+                           .problem = "samples within a period double the number of states",
                            .found = fmt::format("{}", n),
                            .accepted = fmt::format("at most {}", kMaxOrder / 2)});
   }

@@ -1,7 +1,7 @@
-// Role: setup and simulation; reduced models between the ends of their periods: as the simulated
-// eye of a bench, and as the model of a controller that knows when its samples are taken. Used by
-// run, tests. Source: docs/equations.md (E29). Units: SI. Real time: step() is noexcept and does
-// not allocate; everything else may.
+// Role: setup and simulation; reduced models with intersample timing: as a simulated eye, and as
+// the model of a controller that knows when its samples are taken. Used by run, study, fmu, export,
+// python. Source: docs/equations.md (E29). Units: SI. Real time: step() is noexcept and does not
+// allocate; everything else may.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,28 +13,28 @@
 namespace photocoag {
 
 /// Mean over a window of the time in which a power acts: state * x + input * (B_d u), x the state
-/// when it begins to act. Throws Error unless the model is exact for constant powers.
+/// when it begins to act. Throws Error unless the model's discretization is zero-order hold.
 struct WindowMean {
   Eigen::MatrixXd state;
   Eigen::MatrixXd input;
 };
 WindowMean window_mean(const ReducedModel& model, Window window);
 
-/// The model with twice the states: the second half is what the last sample saw of the first, and
-/// the volume temperature is taken from it. Its first half is the state at the moment at which the
-/// next power begins to act, power_lag after the period's end; so are its peak temperatures.
-/// Throws Error if the order is above 7, the window begins before the period's power acts (the sum
-/// of the three is above 1), or the model is not exact for constant powers.
+/// The model with twice the states: the second half is the first half as the last sample saw it,
+/// and gives the volume temperature. The first half is the state when the next power begins to act,
+/// power_lag after the period's end; the peak temperature is that of the same instant. Throws Error
+/// if the order is above 7, the window begins before the period's power acts (the sum of the three
+/// is above 1), or the discretization is not zero-order hold.
 ReducedModel with_intersample(const ReducedModel& model, const IntersampleTiming& timing);
 
-/// What a controller that knows of `timing` gets: with_intersample(), or the model itself if there
-/// is nothing to know.
+/// The model of a controller that accounts for `timing`: with_intersample(), or `model` itself if
+/// the timing is plain.
 ReducedModel told_of(const ReducedModel& model, const IntersampleTiming& timing);
 
 /// IntersamplePlant (fom) at reduced order.
 class ReducedIntersamplePlant {
  public:
-  /// As IntersamplePlant. Throws Error unless the model is exact for constant powers.
+  /// As IntersamplePlant. Throws Error unless the model's discretization is zero-order hold.
   ReducedIntersamplePlant(const ReducedModel& model, AbsorptionFactors absorption,
                           const IntersampleTiming& timing, double drift);
 

@@ -15,7 +15,7 @@ namespace photocoag {
 
 using Json = nlohmann::ordered_json;
 
-/// Reads fields and names the one that is missing or wrong, by its path in the file.
+/// Reads fields; errors name the missing or wrong field by its path in the file.
 class JsonReader {
  public:
   JsonReader(const Json& json, std::string_view where, std::string path = {})

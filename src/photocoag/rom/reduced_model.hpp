@@ -1,5 +1,6 @@
-// Role: the waist between offline and online; the parametric reduced model. Used by mor (makes it),
-// estimation, mpc, loop. Source: paper, eq. (redmodel); docs/equations.md (E8) to (E11).
+// Role: the interface between offline and online code; the parametric reduced model. Used by mor
+// (makes it), estimation, mpc, loop. Source: paper, eq. (redmodel); docs/equations.md (E8) to
+// (E11).
 // Units: SI; u is the commanded power in W. Real time: evaluate() is noexcept, no allocation.
 // Threads: plain data.
 #pragma once
@@ -33,20 +34,20 @@ struct ParametricMatrices {
   Slopes volume_slope;  ///< dC_vol / dp_q
 };
 
-/// Where the error of a reduced model was measured, in one parameter.
+/// Range of one parameter over which the error of a reduced model was measured.
 struct ParameterRange {
   double min = 1.0;
   double max = 1.0;
 
-  /// Number `i` of `count` values from min to max, evenly.
+  /// Value `i` of `count` evenly spaced values from min to max; count >= 2.
   double at(int i, int count) const noexcept { return min + (max - min) * i / (count - 1); }
 };
 
 struct UncertainModel;
 
 /// How well a reduced model follows the full-order model it was made from: largest error of an
-/// output over the run relative to that output's largest value in the run, per alpha and the worst
-/// of both signals.
+/// output over the run relative to that output's largest value in the run, per alpha, the worse of
+/// two signals.
 struct ErrorReport {
   std::vector<double> absorption_factors;
   std::vector<double> choroid_factors;  ///< one per alpha for two parameters, else empty
@@ -97,8 +98,8 @@ struct ReducedModel {
   /// All parametric discrete-time matrices with the derivatives by alpha, all other parameters 1.
   /// noexcept, no allocation.
   void evaluate(double alpha, ParametricMatrices& out) const noexcept;
-  /// The same at all parameters, with the derivatives by each; what is no parameter of this model
-  /// plays no part and has the derivative zero.
+  /// The same at all parameters, with the derivatives by each; a factor that is no parameter of
+  /// this model is ignored and has the derivative zero.
   void evaluate(AbsorptionFactors at, ParametricMatrices& out) const noexcept;
 
   /// Fills A_d and B_d from A and B for `period` and `discretization`. Drops the certificate, which

@@ -29,7 +29,7 @@ std::string_view to_string(ThetaKind kind) noexcept;
 
 /// The polynomials in one parameter p, of x = (p - center) / half_width.
 struct ThetaFactor {
-  int terms = 1;  ///< of all parameters but alpha (Theta::terms_of); 1: it plays no part
+  int terms = 1;  ///< 1: no dependence on it; alpha's are derived (Theta::terms_of)
   double center = 0.0;
   double half_width = 1.0;
 
@@ -42,11 +42,11 @@ struct Theta {
   ThetaKind kind = ThetaKind::kDeim;
   std::array<ThetaFactor, kMaxParameters> factors{};  ///< kChebyshev; kTaylor: the first
 
-  /// Of the terms those of one parameter's factor; alpha's are what the others leave.
+  /// Number of terms of one parameter's factor; alpha's is `terms` divided by the others'.
   int terms_of(std::size_t parameter) const noexcept;
 
-  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; the other parameters play no
-  /// part or (kDeim) are 1.
+  /// theta_j(alpha) and their exact derivatives, j = 0 … terms - 1; the other parameters do not
+  /// enter or (kDeim) are 1.
   void evaluate(double alpha, TermVector& value, TermVector& slope) const noexcept;
 
   /// The same at all parameters, with the derivatives by each. Not kTaylor.

@@ -9,7 +9,7 @@
 namespace photocoag {
 
 Json uncertain_to_json(const UncertainModel& model);
-/// Validated (UncertainModel::validate); `tissue` and `period` stand elsewhere in the file.
+/// Validated (UncertainModel::validate); `tissue` and `period` come from elsewhere in the file.
 UncertainModel read_uncertain(const JsonReader& json, const Tissue& tissue, double period);
 
 }  // namespace photocoag

@@ -44,7 +44,7 @@ struct Chebyshev {
   Chebyshev() noexcept : Chebyshev(0.0) {}
 };
 
-// Most terms depend on one or two quantities, so most of their derivatives are 0 and left out.
+// Most terms depend on one or two quantities, so most of their derivatives are 0 and skipped.
 PHOTOCOAG_WIDE_VECTORS void add_terms(const double* __restrict coefficients, Eigen::Index order,
                                       std::size_t terms, const Basis& basis, Sums& sums) noexcept {
   for (auto& column : sums.of) column.fill(0.0);

@@ -10,7 +10,7 @@
 namespace photocoag {
 namespace {
 
-/// Of a certificate: with fewer it has lost what lies between them.
+/// Nodes that a certificate needs at least: with fewer it does not hold between them.
 constexpr std::size_t kLeastNodes = 9;
 constexpr double kLargestScale = 1e100;
 
