@@ -32,8 +32,7 @@ UpdateStatus ExtendedKalmanFilter::update_as(double volume_temperature) noexcept
   for (int q = 0; q < U; ++q) parameters_[q] += gain[order_ + q] * innovation_;
   keep_parameters_inside();
   evaluate_at(model_, parameters_, matrices_);
-  // Last, so that nothing after it can spoil the state: the move to a bound multiplies by a
-  // quotient.
+  // Last, because moving to a bound multiplies by a quotient, which may not be finite.
   if (!healthy()) {
     reset();
     return UpdateStatus::kRestarted;

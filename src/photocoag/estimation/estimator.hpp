@@ -1,4 +1,4 @@
-// Role: online; what an estimator is, and the one that the settings name. Used by loop.
+// Role: online; the Estimator concept, and the estimator chosen by the settings. Used by loop.
 // Real time: one branch per call, noexcept, no allocation.
 #pragma once
 

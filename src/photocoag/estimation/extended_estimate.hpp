@@ -1,6 +1,6 @@
-// Role: online; what every estimator of (x, alpha[, beta]) has: its model and settings, the
-// estimate and how it is read. Used by ekf and mhe. Source: docs/equations.md (E14), (E15). Units:
-// SI. Real time: noexcept, bounded, allocation-free after construction. Threads: one owner.
+// Role: online; common part of the estimators of (x, alpha[, beta]): model, settings, estimate and
+// its accessors. Used by ekf and mhe. Source: docs/equations.md (E14), (E15). Units: SI. Real time:
+// noexcept, bounded, allocation-free after construction. Threads: one owner.
 #pragma once
 
 #include "photocoag/core/outputs.hpp"
@@ -12,13 +12,13 @@
 
 namespace photocoag {
 
-/// Part of an estimator, not an interface: nothing is virtual, AnyEstimator chooses.
+/// An implementation base, not an interface: nothing is virtual, AnyEstimator chooses.
 class ExtendedEstimate {
  public:
   const StateVector& state() const noexcept { return state_; }
   double absorption_factor() const noexcept { return parameters_[0]; }
   double absorption_sigma() const noexcept;
-  /// beta; its constant value where it is not estimated, with sigma 0.
+  /// beta; if not estimated its constant value, with sigma 0.
   double choroid_factor() const noexcept { return parameters_[1]; }
   double choroid_sigma() const noexcept;
   /// C_vol(p) x and C_peak x, K.
@@ -30,7 +30,7 @@ class ExtendedEstimate {
   double innovation_sigma() const noexcept { return innovation_sigma_; }
   /// Matrices at the current parameters.
   const ParametricMatrices& matrices() const noexcept { return matrices_; }
-  /// Covariance of (x, p), order + unknowns square.
+  /// Covariance of (x, p), (order + unknowns) square.
   const ExtendedMatrix& covariance() const noexcept { return covariance_; }
 
  protected:
@@ -49,7 +49,7 @@ class ExtendedEstimate {
                           drift_variance(settings_), covariance_);
     state_ = (next_free_state(model_.A_d, decay_, state_) + matrices_.input * power).eval();
   }
-  /// A finite state near the largest double has no finite outputs.
+  /// Checks the outputs too: a finite state near the largest double has infinite outputs.
   bool finite_estimate() const noexcept;
   double unknown_power_variance() const noexcept {
     return settings_.power_process_noise * settings_.power_process_noise;
@@ -59,7 +59,7 @@ class ExtendedEstimate {
   }
 
   ReducedModel model_;
-  StateVector decay_;  // the diagonal of A_d, if that is all of it; else empty
+  StateVector decay_;  // the diagonal of A_d if A_d is diagonal, else empty
   EstimatorSettings settings_;
   int order_;
   int unknowns_;

@@ -1,6 +1,6 @@
-// Role: online; what every estimator of (x, alpha[, beta]) needs: derivatives by the unknowns,
-// covariance steps, the box of the unknowns. Used by ekf and mhe. Source: docs/equations.md (E15)
-// to (E17). Real time: noexcept, bounded, no allocation.
+// Role: online; functions shared by the estimators of (x, alpha[, beta]): derivatives by the
+// unknowns, covariance steps, the box of the unknowns. Used by ekf, mhe, posterior. Source:
+// docs/equations.md (E15) to (E17). Real time: noexcept, bounded, no allocation.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace photocoag {
 
-/// More unknowns: the posterior's quantities (rom/uncertain_model.hpp).
+/// For more unknowns see PosteriorEstimator (rom/uncertain_model.hpp).
 inline constexpr int kMaxUnknowns = 2;
 inline constexpr int kMaxExtended = kMaxOrder + kMaxUnknowns;
 
@@ -47,7 +47,7 @@ inline void evaluate_at(const ReducedModel& model, const Parameters& p,
   }
 }
 
-/// The diagonal of a matrix that has nothing beside it, to the last bit; else empty.
+/// The diagonal of an exactly diagonal matrix, else empty.
 inline StateVector diagonal_alone(const StateMatrix& A) noexcept {
   StateVector diagonal = A.diagonal();
   for (int j = 0; j < A.cols(); ++j) {
@@ -59,14 +59,14 @@ inline StateVector diagonal_alone(const StateMatrix& A) noexcept {
   return diagonal;
 }
 
-/// A x. `decay`: diagonal_alone(A); the products with its zeros are left out.
+/// A x. `decay`: diagonal_alone(A); products with zeros are skipped.
 inline StateVector next_free_state(const StateMatrix& A, const StateVector& decay,
                                    const StateVector& x) noexcept {
   if (decay.size() == 0) return A.lazyProduct(x);
   return decay.cwiseProduct(x);
 }
 
-/// predict_covariance() for one order.
+/// predict_covariance() for one fixed order.
 template <int U, typename Order>
 void predict_covariance_of(Order order, const StateMatrix& A, const StateVector& decay,
                            const StateVector& input, const SlopeMatrix& b, double power_variance,
@@ -97,7 +97,7 @@ void predict_covariance_of(Order order, const StateMatrix& A, const StateVector&
       PHOTOCOAG_UNROLLED
       for (int i = 0; i < n; ++i) cross[q][i] = lambda[i] * p[(n + q) * stride + i];
     }
-    // Both ways round, as the full product has it.
+    // Both orders of multiplication, as in the full product.
     PHOTOCOAG_UNROLLED
     for (int j = 0; j < n; ++j) {
       double* column = p + j * stride;
@@ -158,7 +158,7 @@ void predict_covariance_of(Order order, const StateMatrix& A, const StateVector&
 }
 
 /// P <- F P F' + diag(s_u^2 B B', drift), F = [A, b; 0, 1], b: columns B'_q u. U = unknowns. P is
-/// symmetric to the bit, and stays so. `decay`: diagonal_alone(A).
+/// exactly symmetric and stays so. `decay`: diagonal_alone(A).
 template <int U>
 void predict_covariance(const StateMatrix& A, const StateVector& decay, const StateVector& input,
                         const SlopeMatrix& b, double power_variance, const Parameters& drift,
@@ -198,7 +198,7 @@ inline ExtendedVector product(const ExtendedMatrix& P, const ExtendedVector& h) 
   return out;
 }
 
-/// update_covariance() for one size of (x, p).
+/// update_covariance() for one fixed size of (x, p).
 template <typename Size>
 void update_covariance_of(Size length, const ExtendedVector& h, const ExtendedVector& ph,
                           const ExtendedVector& gain, double noise, ExtendedMatrix& P) noexcept {
@@ -232,7 +232,7 @@ void update_covariance_of(Size length, const ExtendedVector& h, const ExtendedVe
 }
 
 /// P <- (I - K H) P (I - K H)' + K noise K' as two rank-one steps: T = (I - K H) P, then
-/// P = T (I - K H)' + K noise K'. `ph` = P H'. P is symmetric to the bit, and stays so.
+/// P = T (I - K H)' + K noise K'. `ph` = P H'. P is exactly symmetric and stays so.
 inline void update_covariance(const ExtendedVector& h, const ExtendedVector& ph,
                               const ExtendedVector& gain, double noise,
                               ExtendedMatrix& P) noexcept {

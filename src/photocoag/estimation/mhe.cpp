@@ -203,7 +203,7 @@ double MovingHorizonEstimator::step(Linearization& at) noexcept {
   }
   solve_lower(L, rows, at.whitened);
 
-  // What the rows say beyond the prior's mean.
+  // Deviation of the rows from the prior's mean.
   ExtendedVector offset(columns);
   offset.head(n) = prior_mean_.head(n) - start_state_;
   for (int q = 0; q < unknowns_; ++q) offset[n + q] = prior_mean_[n + q] - parameters_[q];
@@ -230,7 +230,7 @@ double MovingHorizonEstimator::step(Linearization& at) noexcept {
   for (int q = 0; q < unknowns_; ++q) wanted[q] = mean[n + q];
   const BoxedParameters boxed = keep_inside(wanted, V, unknowns_, parameter_box(settings_));
   if (boxed.moved) {
-    // Everything moves with the parameters along the joint covariance after the samples.
+    // State and unknown powers move with the parameters along the posterior covariance.
     for (int q = 0; q < unknowns_; ++q) {
       const auto along = at.whitened.col(n + q).head(rows);
       mean.head(n) += prior_covariance_.col(n + q).head(n) * boxed.multiplier[q];
@@ -274,7 +274,8 @@ void MovingHorizonEstimator::finish(const Linearization& at) noexcept {
     const double u = power_[j] + unknown_power_[j];
     state_ = (model_.A_d.lazyProduct(state_) + matrices_.input * u).eval();
   }
-  // z_end = F z_0 + [Gm; 0] w, and what the rows know of it: cross = L^-1 (J P F' + s_u^2 G Gm').
+  // z_end = F z_0 + [Gm; 0] w, and its covariance with the rows: cross = L^-1 (J P F' + s_u^2 G
+  // Gm').
   ExtendedMatrix F(columns, columns);
   F.setIdentity();
   F.topLeftCorner(n, n) = transition_;
@@ -300,7 +301,7 @@ void MovingHorizonEstimator::finish(const Linearization& at) noexcept {
       covariance_(d, c) = covariance_(c, d) = symmetric - cross.col(c).dot(cross.col(d));
     }
   }
-  // The difference of two sums may round a direction that is known exactly to below zero.
+  // Rounding may make the variance of an exactly known direction negative.
   for (int c = 0; c < columns; ++c) covariance_(c, c) = std::max(covariance_(c, c), 0.0);
 }
 

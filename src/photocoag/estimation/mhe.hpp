@@ -1,4 +1,4 @@
-// Role: online; moving horizon estimator for state and absorption factors together. Used by loop.
+// Role: online; moving horizon estimator for state and absorption factors. Used by loop.
 // Source: Rao, Rawlings and Mayne, IEEE Trans. Autom. Control 48 (2003) 246-258; bounded
 // Gauss-Newton as in Kleyman et al., arXiv 2103.03189 (group's MHE); docs/equations.md (E26),
 // (E27). Differences: the unknown power of every period is part of the problem, eliminated exactly;
@@ -21,16 +21,15 @@ namespace photocoag {
 /// Over the last m <= window periods, with p = alpha or (alpha, beta) constant in the window:
 ///   min (z_0 - zbar)' P^-1 (z_0 - zbar) + sum w_j^2 / s_u^2 + sum (y_j - C(p) x_j)^2 / s_y^2
 ///   over z_0 = (x_0, p), w_1 … w_m, with x_j = A x_(j-1) + B(p) u_j + B w_j and p in its bounds.
-/// The unknown power enters through B at the last estimate of p: as B(p) w_j it would explain
-/// itself best by a larger alpha, and alpha would grow where there is no light.
-/// (zbar, P), the arrival cost, is what an extended Kalman filter makes of all older samples,
-/// linearized at the estimates of this problem. In a linear case the estimate is the Kalman
-/// filter's.
+/// The unknown power enters through B at the last estimate of p. With B(p) w_j a larger alpha would
+/// explain the same error with less unknown power, so alpha would drift up in the dark. (zbar, P),
+/// the arrival cost, comes from an extended Kalman filter over all older samples, linearized at
+/// this problem's estimates. In the linear case the estimate equals the Kalman filter's.
 class MovingHorizonEstimator : public ExtendedEstimate {
  public:
   static constexpr int kMaxIterations = 4;
 
-  /// Starts as ExtendedKalmanFilter does, and throws as it does.
+  /// Starts and throws as ExtendedKalmanFilter.
   MovingHorizonEstimator(const ReducedModel& model, const EstimatorSettings& settings);
 
   void reset() noexcept;

@@ -1,7 +1,7 @@
-// Role: online; statistical gate on the innovation, with a rule that keeps a real change from being
-// locked out. Used by the estimators. Source: validation gate, Bar-Shalom, Li and Kirubarajan
-// (2001), section 7.2; docs/equations.md (E25). Difference: the gate widens with every sample
-// that it rejects. Real time: noexcept, no allocation.
+// Role: online; statistical gate on the innovation that cannot lock out a real change. Used by the
+// estimators. Source: validation gate, Bar-Shalom, Li and Kirubarajan (2001), section 7.2;
+// docs/equations.md (E25). Difference: the gate widens with every sample that it rejects. Real
+// time: noexcept, no allocation.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 namespace photocoag {
 
 /// A sample passes if |innovation| <= sigmas 2^r sigma. r starts at 0, each rejected sample adds 1,
-/// each one inside of the plain gate (2^0) takes 1 away. So a lone outlier is rejected; of a
+/// each sample inside the plain gate (r = 0) subtracts 1. So a single outlier is rejected; after a
 /// lasting change of d sigma at most ceil(log2(d / sigmas)) samples are rejected in a row, and the
-/// gate stays wide while the estimate follows. Innovations that are not finite pass: the
-/// estimator's own check of its health has to see them.
+/// gate stays wide while the estimate follows. Non-finite innovations pass, so that the estimator's
+/// health check sees them.
 class OutlierGate {
  public:
   /// sigmas: half width of the plain gate in standard deviations of the innovation; 0: no gate.
@@ -34,7 +34,7 @@ class OutlierGate {
   }
 
  private:
-  static constexpr int kMostDoublings = 60;  // as good as open
+  static constexpr int kMostDoublings = 60;  // effectively open
 
   double sigmas_;
   int doublings_ = 0;

@@ -9,11 +9,12 @@
 namespace photocoag {
 namespace {
 
-// Gauss-Newton steps per sample: the first samples move the estimate far, later ones hardly.
+// Gauss-Newton steps per sample: the first samples move the estimate far, later ones little.
 constexpr int kMostSteps = 4;
-// A step is worth another one if it moved the estimate by so much of its standard deviation.
+// Another step follows one that moved the estimate by more than this fraction of its standard
+// deviation.
 constexpr double kSmallStep = 0.05;
-// Residues are linear to 1e-4 of themselves within this change of ln q.
+// Within this change of ln q residues are linear to 1e-4 relative.
 constexpr double kLinear = 0.01;
 
 // L of A = L L', in place of the lower triangle; false if A is not positive definite.
@@ -149,7 +150,7 @@ bool PosteriorEstimator::improve() noexcept {
   if (!factorise(information)) return false;
   invert(information, joint_);
   QuantityVector step = -joint_.lazyProduct(gradient);
-  // No further than the prior's standard deviation at once: beyond, the slopes mean little.
+  // At most one prior standard deviation per step: beyond that the slopes are not valid.
   double most = 1.0;
   for (Eigen::Index q = 0; q < m; ++q) {
     most = std::max(most, std::abs(step[q]) / std::sqrt(prior_covariance_(q, q)));
@@ -186,7 +187,7 @@ UpdateStatus PosteriorEstimator::update(double volume_temperature) noexcept {
   innovations_ += innovation_ * innovation_ / (innovation_sigma_ * innovation_sigma_);
   for (int step = 0; step < kMostSteps && improve(); ++step) {
   }
-  // The residuals' variance, with the prior's as of so many samples more.
+  // The residuals' variance, with the prior's weighted as equivalent samples.
   const double spread = settings_.prior.noise_spread;
   if (spread > 0.0) {
     const double prior_samples = 1.0 / (2.0 * spread * spread);
@@ -209,14 +210,14 @@ UpdateStatus PosteriorEstimator::update(double volume_temperature) noexcept {
   return UpdateStatus::kUpdated;
 }
 
-// Everything that is read from outside.
+// Updates what the accessors return.
 void PosteriorEstimator::publish() noexcept {
   const Eigen::Index n = x_.size();
   const Eigen::Index m = estimate_.size();
   log_q_ = estimate_;
   covariance_ = joint_;
-  // What is considered stays at its mean with its own covariance. The estimate's error is
-  // independent of the data, hence of that part of the considered error which the data tell.
+  // Considered quantities stay at their mean with their own covariance. The estimate's error is
+  // independent of the data, hence of the part of the considered error that the data determine.
   for (Eigen::Index i = 0; i < m; ++i) {
     if (model_->quantities[static_cast<std::size_t>(i)].estimated) continue;
     log_q_[i] = mean_[i];

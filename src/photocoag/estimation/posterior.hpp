@@ -1,9 +1,9 @@
-// Role: online; what all samples so far say of several uncertain quantities. Used by loop. Source:
-// docs/uncertainty.md: maximum a posteriori with Laplace's covariance; Bar-Shalom, Li and
+// Role: online; posterior of several uncertain quantities given all samples so far. Used by loop.
+// Source: docs/uncertainty.md: maximum a posteriori with Laplace's covariance; Bar-Shalom, Li and
 // Kirubarajan (2001), ch. 2 and 3; considered quantities: Schmidt (1966). Differences: not a
-// filter. The model's modes depend on nothing, so that three sums hold the whole record and every
-// sample is judged anew at each new estimate. Units: SI. Real time: predict and update are
-// noexcept, bounded, allocation-free. Threads: one owner.
+// filter. The model's modes do not depend on the unknowns, so that three sums hold the whole record
+// and every estimate uses all samples. Units: SI. Real time: predict and update are noexcept,
+// bounded, allocation-free. Threads: one owner.
 #pragma once
 
 #include <memory>
@@ -21,26 +21,27 @@ namespace photocoag {
 /// min over ln q:  (ln q - m)' C^-1 (ln q - m) + sum_k (y_k - R_vol(q)' x_k)^2 / sigma^2
 ///
 /// with sum_k (...)^2 = sum y^2 - 2 R' sum x y + R' (sum x x') R: a Gauss-Newton step costs the
-/// same after a second as after a sample. sigma^2 is the mean of the prior's and of the residuals.
-/// Covariance: (C^-1 + J' (sum x x') J / sigma^2)^-1, J = dR_vol / d ln q.
+/// same after any number of samples. sigma^2 is a weighted mean of the prior's and the residuals'
+/// variance. Covariance: (C^-1 + J' (sum x x') J / sigma^2)^-1, J = dR_vol / d ln q.
 class PosteriorEstimator {
  public:
-  /// Throws Error on bad settings, without a prior, or with a model for other quantities.
+  /// Throws Error on bad settings, without a prior, or if the model was made for other quantities.
   PosteriorEstimator(const ReducedModel& model, const EstimatorSettings& settings);
 
   void reset() noexcept;
   /// One period with `power`, W.
   void predict(double power) noexcept PHOTOCOAG_NONBLOCKING;
-  /// With the volume temperature at the end of the period, K; as ExtendedKalmanFilter::update.
+  /// As ExtendedKalmanFilter::update.
   UpdateStatus update(double volume_temperature) noexcept PHOTOCOAG_NONBLOCKING;
 
-  /// R_peak,i x_i: C_peak is 1 in the model that the control problem is set up with.
+  /// R_peak,i x_i, order entries: the coordinates of UncertainModel::control_model(), where C_peak
+  /// = 1.
   const StateVector& state() const noexcept { return state_; }
-  /// Their input, and its derivative by alpha; of the volume nothing.
+  /// Input of that state and its derivative by alpha; the volume output is not filled.
   const ParametricMatrices& matrices() const noexcept { return matrices_; }
-  /// Of (state, alpha), alpha alone filled.
+  /// Covariance of (state, alpha); only alpha's entry is filled.
   const ExtendedMatrix& covariance() const noexcept { return extended_covariance_; }
-  /// Calibration times the true volume temperature, as a sample shows it; the peak. K.
+  /// Volume temperature as measured (calibration times the true one) and peak, K.
   Outputs outputs() const noexcept { return outputs_; }
   double peak_sigma() const noexcept { return peak_sigma_; }
   double absorption_factor() const noexcept;
@@ -53,17 +54,17 @@ class PosteriorEstimator {
   /// Estimate of ln q and its covariance, considered quantities included.
   const QuantityVector& log_quantities() const noexcept { return log_q_; }
   const QuantityMatrix& covariance_of_logs() const noexcept { return covariance_; }
-  /// The same without regard to `use`: what the samples say of everything that is declared.
+  /// The same with every declared quantity estimated, considered ones too.
   const QuantityVector& joint_mean() const noexcept { return estimate_; }
   const QuantityMatrix& joint_covariance() const noexcept { return joint_; }
   const QuantityVector& prior_mean() const noexcept { return mean_; }
   const QuantityMatrix& prior_covariance() const noexcept { return prior_covariance_; }
-  /// Of the samples taken in: sum of innovation^2 / its variance, and their number.
+  /// Over the samples used: sum of innovation^2 / its variance, and their number.
   double innovations() const noexcept { return innovations_; }
   double samples() const noexcept { return samples_; }
-  /// Standard deviation of a sample, K, as the residuals have it by now.
+  /// Current estimate of a sample's standard deviation, K.
   double noise() const noexcept { return noise_; }
-  /// Modes for 1 W of all powers so far.
+  /// Modes x_i after all powers so far, W s (rom/uncertain_model.hpp).
   const StateVector& modes() const noexcept { return x_; }
   /// `modes` one period with `power`, W, later.
   StateVector after(const StateVector& modes, double power) const noexcept {
@@ -86,7 +87,7 @@ class PosteriorEstimator {
   bool averaged_ = false;  // samples are means over the pulses of a period
   StateVector before_;
   StateVector added_;
-  int calibration_ = -1;  // its index, -1: none declared
+  int calibration_ = -1;  // index of the calibration quantity, -1: none declared
   QuantityVector mean_;
   QuantityMatrix prior_covariance_;
   QuantityMatrix prior_information_;
@@ -94,7 +95,7 @@ class PosteriorEstimator {
   QuantityVector high_;
 
   StateVector x_;
-  StateVector seen_;       // what a sample shows of x
+  StateVector seen_;       // x as a sample sees it
   StateMatrix moment_;     // sum x x'
   StateVector correlate_;  // sum x y
   double squares_ = 0.0;   // sum y^2

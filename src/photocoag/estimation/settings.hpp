@@ -14,7 +14,7 @@ struct Field;  // core/setting.hpp
 enum class EstimatorKind {
   kEkf,        ///< extended Kalman filter
   kMhe,        ///< moving horizon estimator
-  kPosterior,  ///< all of the prior's quantities, from all samples at once; needs a prior
+  kPosterior,  ///< posterior of all of the prior's quantities given all samples; needs a prior
 };
 
 enum class Unknowns {
@@ -33,17 +33,16 @@ struct EstimatorSettings {
   double absorption_max = 2.0;             ///< 1, up to 5
   double absorption_process_noise = 1e-5;  ///< 1, standard deviation added to alpha per control
                                            ///< sample (variance: its square); from 0 to 0.1
-  double power_process_noise = 4e-4;       ///< W, standard deviation per control sample of an
-                                           ///< unknown power that enters as the laser does: stands
-                                           ///< for the model's error, and is set so that the
-                                           ///< stated peak_sigma is its size (docs/estimation.md);
-                                           ///< from 0 to 0.01
-  double measurement_noise = 0.288;        ///< K, standard deviation of the volume temperature per
-                                           ///< control sample (paper); above 0, at most 20
-  double outlier_sigma = 6.0;              ///< 1, a sample is rejected if its innovation exceeds so
-                                           ///< many of its standard deviations
-                                           ///< (outlier_gate.hpp); 0: never; else from 3 to 100
-  int window = 20;                         ///< 1, control samples in the moving horizon, 2 to 50
+  double power_process_noise =
+      4e-4;  ///< W, standard deviation per control sample of an unknown power that enters as the
+             ///< laser does; represents the model's error, tuned so that peak_sigma is consistent
+             ///< with the peak's error (docs/estimation.md); from 0 to 0.01
+  double measurement_noise = 0.288;  ///< K, standard deviation of the volume temperature per
+                                     ///< control sample (paper); above 0, at most 20
+  double outlier_sigma =
+      6.0;  ///< 1, a sample is rejected if its innovation exceeds this many standard deviations
+            ///< (outlier_gate.hpp); 0: never; else from 3 to 100
+  int window = 20;  ///< 1, control samples in the moving horizon, 2 to 50
   Unknowns unknowns = Unknowns::kRpe;
   double choroid_initial = 1.0;         ///< 1, beta before the first sample; inside [min, max];
                                         ///< its constant value where it is not estimated
@@ -52,11 +51,11 @@ struct EstimatorSettings {
   double choroid_max = 2.5;             ///< 1, up to 20
   double choroid_process_noise = 1e-5;  ///< 1, as absorption_process_noise; from 0 to 0.1
 
-  /// What is known of the bench, fractions of a period; at most 1 in sum. The model that estimator
-  /// and optimisation get is made of it (rom/intersample.hpp).
+  /// Known timing of samples and power, fractions of a period, at most 1 in sum; built into the
+  /// model of estimator and controller (rom/intersample.hpp).
   IntersampleTiming timing = {};
 
-  /// Of kPosterior: what is believed before the first sample. No key: made from [[prior]].
+  /// For kPosterior: the prior. No key: made from [[prior]].
   Belief prior = {};
 
   int unknown_count() const noexcept { return unknowns == Unknowns::kRpe ? 1 : 2; }

@@ -1,4 +1,4 @@
-// Role: online; what an estimator says about a sample. Used by estimation, loop. Real time:
+// Role: online; what an estimator did with a sample. Used by estimation, loop. Real time:
 // noexcept.
 #pragma once
 
@@ -9,8 +9,9 @@ namespace photocoag {
 enum class UpdateStatus {
   kUpdated,    ///< the sample was used
   kNoSample,   ///< missing, not finite or physically impossible: prediction only
-  kOutlier,    ///< too far from the prediction to be believed (outlier_gate.hpp): prediction only
-  kRestarted,  ///< the estimate was not finite or its covariance broken: back to the initial values
+  kOutlier,    ///< too far from the prediction (outlier_gate.hpp): prediction only
+  kRestarted,  ///< the estimate was not finite or its covariance invalid: back to the initial
+               ///< values
 };
 
 constexpr std::string_view to_string(UpdateStatus status) noexcept {
@@ -18,8 +19,8 @@ constexpr std::string_view to_string(UpdateStatus status) noexcept {
   return names[static_cast<std::size_t>(status)];
 }
 
-// K. What no tissue can show (frozen; far above the onset of vaporisation) is a broken measurement:
-// taken at face value, one sample of -1e6 K would keep the laser at full power.
+// K. Outside these bounds (frozen, or far above vaporisation) the measurement is broken: believed,
+// one sample of -1e6 K would keep the laser at full power.
 inline constexpr double kColdestSample = -50.0;
 inline constexpr double kHottestSample = 300.0;
 

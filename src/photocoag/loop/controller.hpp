@@ -1,7 +1,8 @@
 // Role: online; one step of the paper's Algorithm 1: estimate, reference power, solve, gate. Used
-// by loop and by programs that embed the controller (examples/embed). Source: paper, Algorithm 1;
-// docs/equations.md (E14) to (E23). Units: SI. Real time: observe, decide and step are noexcept,
-// bounded and allocation-free from the first call. Threads: one owner.
+// by loop, run, export, fmu, python and programs that embed the controller (examples/embed).
+// Source: paper, Algorithm 1; docs/equations.md (E14) to (E23). Units: SI. Real time: observe,
+// decide and step are noexcept, bounded and allocation-free from the first call. Threads: one
+// owner.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +23,10 @@
 
 namespace photocoag {
 
-/// What was measured at the end of a period.
+/// Measurement at the end of a period.
 struct Sample {
   double volume_temperature = std::numeric_limits<double>::quiet_NaN();  ///< K; NaN: missing
-  double applied_power = 0.0;  ///< W (commanded scale), what the laser emitted during the period
+  double applied_power = 0.0;  ///< W (commanded scale), emitted during the period
 };
 
 struct Estimate {
@@ -45,12 +46,12 @@ struct Decision {
   GateVerdict gate = GateVerdict::kPassed;
   int iterations = 0;
   bool limit_active = false;
-  /// W, what the same plan would write next and after that; NaN: nothing planned.
+  /// W, the plan's next two powers after this one; NaN: nothing planned.
   std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::quiet_NaN()};
 };
 
-/// `Mpc` is constructed from (model, control); `Filter` from (model, estimator), or given.
+/// `Mpc` is constructed from (model, control); `Filter` from (model, estimator), or passed in.
 template <PredictiveController Mpc, Estimator Filter = AnyEstimator>
 class BasicController {
  public:
@@ -75,7 +76,7 @@ class BasicController {
     if (control.robust == Robustness::kChance) {
       if (posterior() == nullptr) {
         throw Error(ErrorParts{.key = "control.robust",
-                               .problem = "a probability needs to know what is uncertain",
+                               .problem = "a limit with probability needs a posterior estimate",
                                .found = "\"chance\"",
                                .accepted = "\"none\", or estimator.kind = \"posterior\""});
       }
@@ -87,15 +88,14 @@ class BasicController {
     state_ = filter_.state();
   }
 
-  /// Takes in the sample at the end of a period. A sample that is not finite is a prediction only;
-  /// a reported power that is not finite is replaced by the command.
+  /// Processes the sample at the end of a period. Without a finite sample the estimator only
+  /// predicts; a reported power that is not finite is replaced by the command.
   Estimate observe(const Sample& sample) noexcept PHOTOCOAG_NONBLOCKING {
     return estimate(take_in(sample));
   }
 
-  /// The power of the coming period. The first may be given (control.first_power), whatever the
-  /// solver finds: the paper's experiments begin with a step of 20 mW, after which there is a first
-  /// sample. Passes the gate as any other.
+  /// The power of the next period, after the gate. The first may be fixed (control.first_power):
+  /// the paper's experiments begin with a step of 20 mW that gives the first sample.
   Decision decide() noexcept PHOTOCOAG_NONBLOCKING {
     const int stage = static_cast<int>(decisions_ % solve_every_);
     if (stage == 0) {
@@ -149,7 +149,7 @@ class BasicController {
     return filter_.update(sample.volume_temperature);
   }
 
-  // The gentle start: for a time, or until the next peak is known well enough.
+  // Identification phase: for a fixed time, or until the next peak is known well enough.
   struct Identification {
     long long cycles = 0;
     double power = 0.0;  // W
@@ -172,7 +172,7 @@ class BasicController {
     return std::numeric_limits<double>::quiet_NaN();
   }
 
-  // u_prev: what acts in the period before the plan's first one. The first decision has none and
+  // u_prev: the power in the period before the plan's first one. The first decision has none and
   // takes u_ref (paper), delayed or not.
   double previous_power(const StateVector& input) const noexcept {
     if (decisions_ == 0) return mpc_.ocp().steady_power(input, cycle_ + delay_);
@@ -204,8 +204,8 @@ class BasicController {
     return mpc_.solve(state_, input, cycle_ + delay_, previous);
   }
 
-  // How uncertain a peak is depends a little on the powers that lead to it: solved around the plan
-  // of before, then around the plan found, until the limit stays.
+  // A peak's uncertainty depends slightly on the powers that lead to it: solve around the last
+  // plan, then around each new one, until the limit no longer changes.
   MpcResult solve_by_chance(const StateVector& input,
                             double previous) noexcept PHOTOCOAG_NONBLOCKING {
     constexpr int kMostSolves = 4;
@@ -230,7 +230,7 @@ class BasicController {
     return result;
   }
 
-  // Null unless the filter has one: what a chance limit asks.
+  // The filter's posterior, which a chance constraint needs; null without one.
   const PosteriorEstimator* posterior() const noexcept {
     if constexpr (requires { filter_.posterior(); }) return filter_.posterior();
     return nullptr;
@@ -245,7 +245,7 @@ class BasicController {
   Mpc mpc_;
   std::optional<RobustLimit> robust_;
   std::optional<ChanceLimit> chance_;
-  InputVector powers_;  // around which the chance constraint is taken
+  InputVector powers_;  // linearization point of the chance constraint
   StateVector modes_;
   Identification identification_;
   StateMatrix transition_;

@@ -11,12 +11,12 @@ enum class GateVerdict {
 };
 
 struct GateResult {
-  double power = 0.0;  ///< W, what may be written: the command, or 0
+  double power = 0.0;  ///< W, to be written: the command, or 0
   GateVerdict verdict = GateVerdict::kNotFinite;
 };
 
 /// The command if it is finite and in [0, power_max], else 0 W. A command above power_max by at
-/// most rounding (1e-12 relative) becomes power_max. Knows nothing of estimator or optimisation.
+/// most rounding (1e-12 relative) becomes power_max. Independent of estimator and optimisation.
 constexpr GateResult gate(double power, double power_max) noexcept {
   const double excess = power - power_max;
   if (!(power - power == 0.0)) return {0.0, GateVerdict::kNotFinite};

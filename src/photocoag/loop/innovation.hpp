@@ -1,4 +1,4 @@
-// Role: online; the estimator's innovation, for whoever judges it. Used by loop, faults.
+// Role: online; the estimator's innovation, for the supervisor. Used by loop, faults, python.
 #pragma once
 
 #include "photocoag/loop/controller.hpp"

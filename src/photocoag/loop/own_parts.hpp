@@ -1,6 +1,6 @@
-// Role: simulation; a plant and a controller behind plain functions: one loop is compiled for all
-// plants, and parts may be written after it was (the Python package). Used by run. Units: SI. Real
-// time: none is promised for what stands behind the functions.
+// Role: simulation; type-erased plant and controller: one compiled loop for all plants, and parts
+// that users supply later (the Python package). Used by run, python. Units: SI. Real time: no
+// promise for user-supplied parts.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace photocoag {
 
-/// A Plant elsewhere. Copies share it.
+/// Refers to a Plant owned by the caller. Copies share it.
 class OwnPlant {
  public:
   /// `plant` must outlive this.
@@ -38,7 +38,7 @@ class OwnPlant {
   double (*sample_)(void*, double at_the_end) noexcept;
 };
 
-/// A controller elsewhere, see Controlling. Copies share it.
+/// Refers to a controller owned by the caller, see Controlling. Copies share it.
 class OwnController {
  public:
   /// `controller` must outlive this.
@@ -69,7 +69,7 @@ class OwnController {
 
 static_assert(Plant<OwnPlant> && Controlling<OwnController>);
 
-/// What replaces ours; empty: ours.
+/// User-supplied parts; empty: the built-in ones.
 struct OwnParts {
   std::optional<OwnPlant> plant;
   std::optional<OwnController> controller;

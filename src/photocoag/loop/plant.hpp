@@ -1,4 +1,4 @@
-// Role: simulation; what a simulated tissue must offer. Used by loop.
+// Role: simulation; the Plant concept, a simulated tissue. Used by loop, population, run.
 #pragma once
 
 #include <concepts>
@@ -16,7 +16,7 @@ concept Plant = requires(P plant, const P& constant, double power) {
   noexcept->std::same_as<Outputs>;
 };
 
-/// What a sample shows of a period: `at_the_end`, or what the plant itself says.
+/// Volume temperature of a period's sample, K: plant.sample() if there is one, else `at_the_end`.
 template <Plant P>
 double sample_of(const P& plant, double at_the_end) noexcept {
   if constexpr (requires { plant.sample(); }) {

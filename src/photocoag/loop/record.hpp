@@ -1,4 +1,4 @@
-// Role: online; one cycle's record. Used by loop (writes it) and run (prints it). Units: SI.
+// Role: online; one cycle's record. Used by loop (writes it), log and run. Units: SI.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,19 @@ struct CycleRecord {
   std::int64_t cycle = 0;
   double time = 0.0;      ///< s
   double power = 0.0;     ///< W
-  Outputs truth;          ///< K; NaN: the device does not tell
+  Outputs truth;          ///< K; NaN: unknown to the device
   double measured = 0.0;  ///< K; NaN: no sample
   Estimate estimate;
-  Decision decision;                            ///< what the controller wanted
-  SampleVerdict sample;                         ///< the supervisor's, of this cycle's sample
-  Authorization authorization;                  ///< what it let through for this cycle
+  Decision decision;                            ///< the controller's command
+  SampleVerdict sample;                         ///< the supervisor's verdict on this cycle's sample
+  Authorization authorization;                  ///< what the supervisor let through for this cycle
   SafetyState safety = SafetyState::kTreating;  ///< at the end of the cycle
-  bool overrun = false;  ///< the controller missed this period: the laser ran on its own
-  /// W, in force during the cycle as the device says; NaN: it does not.
+  bool overrun = false;  ///< the controller missed this period: no new power was written
+  /// W, in force during the cycle as reported by the device; NaN: not reported.
   double device_command = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What else the end of a cycle brought.
+/// Further data at the end of a cycle.
 struct CycleEnd {
   DeviceSample sample;
   Readback readback;

@@ -1,6 +1,6 @@
-// Role: online; a recorded run as a Device: what the device delivered then, it delivers again. The
-// powers that the loop writes are compared bit for bit with those recorded. Used by `simulate
-// --replay`, tests. Source: docs/devices.md. Real time: noexcept, no allocation.
+// Role: online; a recorded run as a Device that delivers the recorded samples. The powers that the
+// loop writes are compared bit for bit with those recorded. Used by `replay`, tests. Source:
+// docs/devices.md. Real time: noexcept, no allocation.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace photocoag {
 
-/// One period as it was delivered, and the power written before it.
+/// The recorded data of one period, and the power written before it.
 struct ReplayCycle {
   double written = 0.0;  ///< W, for this period; NaN if not known
   DeviceSample sample;
@@ -26,7 +26,7 @@ class ReplayDevice {
 
   DeviceSample wait_sample(std::uint64_t cycle) noexcept {
     now_ = static_cast<std::size_t>(cycle);
-    // Beyond the end there is no device any more.
+    // Beyond the end of the recording the device is gone.
     return now_ < cycles_.size() ? cycles_[now_].sample
                                  : DeviceSample{.status = DeviceStatus::kGone};
   }

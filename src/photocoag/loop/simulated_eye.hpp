@@ -1,5 +1,5 @@
-// Role: simulation; plant, measurement noise, the laser's own watchdog and a clock: a Device in
-// virtual time or paced, or stepped by hand. Used by run, studies, fault_table, tests.
+// Role: simulation; plant, measurement noise, the laser's watchdog and a clock: a Device in virtual
+// or wall time, or stepped by hand. Used by run, study, fmu, fault_table, tests.
 // Real time: noexcept, no allocation; waits in wait_sample by design.
 #pragma once
 
@@ -17,8 +17,7 @@
 
 namespace photocoag {
 
-/// What the eye shows at the end of a period: the sample, and the truth that only a simulation
-/// knows.
+/// Sample at the end of a period, and the truth that only a simulation knows.
 struct Reading {
   Sample sample;
   Outputs truth;
@@ -26,15 +25,16 @@ struct Reading {
 
 struct EyeSettings {
   int delay = 0;                ///< periods until a written power is emitted, 0 or 1
-  bool dark_is_silent = false;  ///< a period without power gives no sample
-  double sensor_gain = 1.0;     ///< 1: the calibration is right. The noise is not scaled by it
+  bool dark_is_silent = false;  ///< true: a period without power gives no sample
+  double sensor_gain = 1.0;     ///< measured over true volume temperature; does not scale the noise
   double sensor_offset = 0.0;   ///< K
-  double power_gain = 1.0;      ///< emitted per commanded power
-  double power_lag = 0.0;       ///< of a period, as the plant's: what the mean over a period shows
-  bool readback = true;         ///< false: the command is reported as applied
+  double power_gain = 1.0;      ///< emitted over commanded power
+  double power_lag = 0.0;  ///< fraction of a period, as the plant's; enters the reported mean power
+  bool readback = true;    ///< false: the command is reported as applied
 };
 
-/// Waits for the end of cycle k = 0, 1, …; says how many whole further periods had passed by then.
+/// Waits for the end of cycle k = 0, 1, …; returns the number of further whole periods that have
+/// passed.
 template <typename C>
 concept Pace = requires(C pace, const C& constant, std::size_t cycle) {
   { pace.wait_for_end_of(cycle) }
@@ -43,10 +43,10 @@ concept Pace = requires(C pace, const C& constant, std::size_t cycle) {
   noexcept->std::same_as<std::int64_t>;  // that end
 };
 
-/// As fast as it can.
+/// Does not wait.
 class VirtualPace {
  public:
-  /// period: s; without one all time stamps are 0, for who steps the eye by hand.
+  /// `period`: s; 0: all time stamps are 0, for an eye stepped by hand.
   explicit VirtualPace(double period = 0.0)
       : period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)) {}
   std::size_t wait_for_end_of(std::size_t) noexcept { return 0; }
@@ -58,8 +58,8 @@ class VirtualPace {
   std::int64_t period_ns_;
 };
 
-/// After a late wake-up it hands out the periods that have passed one by one (periods_behind counts
-/// down); only the last one's sample is still fresh.
+/// After a late wake-up the missed periods are delivered one by one (periods_behind counts down);
+/// only the last one's sample is valid.
 template <Plant P, Pace C = VirtualPace>
 class SimulatedEye {
  public:
@@ -71,7 +71,7 @@ class SimulatedEye {
         settings_(settings),
         pace_(std::move(pace)) {}
 
-  /// The laser's new power, W. Feeds its watchdog.
+  /// Sets the laser's power, W, and feeds its watchdog.
   void write(double power) noexcept {
     power_ = power;
     periods_since_write_ = 0;
@@ -138,7 +138,7 @@ class SimulatedEye {
     off_ = true;
     write(0.0);
   }
-  /// What only a simulation knows, at the end of the period that was fetched last.
+  /// True outputs at the end of the period that was fetched last.
   Outputs truth() const noexcept { return reading_.truth; }
   C& pace() noexcept { return pace_; }
 

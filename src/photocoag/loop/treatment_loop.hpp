@@ -1,6 +1,6 @@
-// Role: online; the closed loop of Algorithm 1 on any device, under a supervisor. Used by run,
-// fault_table, rt. Source: paper, Algorithm 1; order of a cycle: docs/safety.md. Real time: no
-// allocation, lock or I/O of its own; the records' memory is there before.
+// Role: online; the closed loop of Algorithm 1 on any device, under a supervisor. Used by run, fmu,
+// fault_table, benchmarks. Source: paper, Algorithm 1; order of a cycle: docs/safety.md. Real time:
+// no allocation, lock or I/O of its own; the caller allocates the records.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +26,8 @@ struct LoopOutcome {
   SafetyStatus safety;        ///< at the end
 };
 
-/// Looks on from the loop's thread: time stamps, log, goal, stop button. Changes nothing but the
-/// end.
+/// Called from the loop's thread: time stamps, log, goal, stop button. Can end the loop, nothing
+/// else.
 template <typename O>
 concept LoopObserver = requires(O observer, const CycleRecord& record, const CycleEnd& end) {
   { observer.woke(end.sample) }
@@ -39,9 +39,9 @@ concept LoopObserver = requires(O observer, const CycleRecord& record, const Cyc
   { observer.finished(record, end) }
   noexcept;  // last thing of every cycle
   { observer.goal_reached(record) }
-  noexcept->std::same_as<bool>;  // the treatment has had what it needs
+  noexcept->std::same_as<bool>;  // the treatment's goal is reached
   { observer.stop_asked() }
-  noexcept->std::same_as<bool>;  // somebody wants the end
+  noexcept->std::same_as<bool>;  // a stop is requested
 };
 
 struct NoObserver {
@@ -53,7 +53,7 @@ struct NoObserver {
   bool stop_asked() noexcept { return false; }
 };
 
-/// What the loop asks each cycle: may the sample be used, what may be written.
+/// What the loop asks every cycle: may the sample be used, which power may be written.
 template <typename S>
 concept Supervision = requires(S supervisor, DeviceSample sample, Readback readback,
                                DeviceStatus status, ControllerReport report) {
@@ -67,8 +67,8 @@ concept Supervision = requires(S supervisor, DeviceSample sample, Readback readb
   noexcept;
 };
 
-/// No supervisor: samples and commands pass as they are. For the paper's own closed loop, and to
-/// show that the fault table needs the supervisor.
+/// No supervisor: samples and commands pass unchanged. For the paper's closed loop, and to show
+/// that the fault table needs the supervisor.
 class Unsupervised {
  public:
   SampleVerdict check(const DeviceSample& sample, const Readback& readback, DeviceStatus) noexcept {
@@ -94,7 +94,7 @@ concept Controlling = requires(C controller, const C& constant, Sample sample) {
   noexcept->std::same_as<Innovation>;
 };
 
-/// The controller's answers as the plain numbers that the supervisor judges.
+/// The controller's results as plain numbers for the supervisor.
 inline ControllerReport report_of(const Estimate& estimate, const Decision& decision,
                                   const Innovation& innovation) noexcept {
   return {.command = decision.power,
@@ -110,24 +110,24 @@ inline ControllerReport report_of(const Estimate& estimate, const Decision& deci
           .plan = decision.plan};
 }
 
-/// K, what the estimator expected of the sample: sample less innovation, or the estimate where
-/// there was no update.
+/// Predicted volume temperature, K: sample minus innovation, or the estimate if there was no
+/// update.
 inline double predicted_volume(const Estimate& estimate, const DeviceSample& sample,
                                const Innovation& innovation) noexcept {
   return estimate.status == UpdateStatus::kUpdated ? sample.volume_temperature - innovation.value
                                                    : estimate.outputs.volume;
 }
 
-/// When a treatment ends: with its records; one period at 0 W after a stop request or the goal; so
-/// long after the supervisor stopped.
+/// When a treatment ends: when its records are full; after one period at 0 W on a stop request or
+/// the goal; kEvidence after the supervisor stopped.
 class TreatmentEnd {
  public:
   /// What follows a cycle.
   enum class Next : std::uint8_t {
     kTreat,
-    kMissed,  ///< nothing can be written: the next period is gone already
+    kMissed,  ///< nothing can be written: the next period has already passed
     kDark,    ///< 0 W, and one more period to see it recorded, if there is a record
-    kOver,    ///< that period was it
+    kOver,    ///< the treatment is over
   };
 
   TreatmentEnd(std::size_t records, double period) noexcept
@@ -146,13 +146,13 @@ class TreatmentEnd {
     }
     const bool goal = !stopped_ && goal_reached();
     if (cycles < end_ && !stop_asked_ && !goal) return Next::kTreat;
-    last_period_ = cycles < end_;  // with the records full the treatment is over by itself
+    last_period_ = cycles < end_;  // with full records the treatment ends anyway
     stopped_ = stopped_ || (last_period_ && !goal);
     goal_reached_ = goal;
     return Next::kDark;
   }
 
-  /// The supervisor lets no more light out: evidence is recorded, as far as there are records.
+  /// The supervisor has stopped: recording continues for kEvidence, as far as there are records.
   void supervisor_stopped(std::size_t cycles) noexcept {
     if (stopped_) return;
     stopped_ = true;
@@ -173,8 +173,8 @@ class TreatmentEnd {
 };
 
 /// Algorithm 1 with a supervisor: decide, write; then read, check, estimate, decide, write, log
-/// until `TreatmentEnd`. In periods that the loop missed nothing is written: the device holds its
-/// power for one, then its watchdog puts 0 W, and the controller gets no sample.
+/// until `TreatmentEnd`. In periods that the loop missed nothing is written and the controller gets
+/// no sample: the device holds its power for one period, then its watchdog sets 0 W.
 template <Controlling C, Device D, Supervision S, LoopObserver O>
 LoopOutcome run_loop(C& controller, D& device, S& supervisor, double period,
                      std::span<CycleRecord> records, O& observer) noexcept {

@@ -6,8 +6,8 @@
 namespace photocoag {
 namespace {
 
-// A treatment is a few decisions that are nearly independent, one per doubling of time: what is not
-// known of the eye changes little from one cycle to the next, and hardly at all after some 20 ms
+// A treatment is a few nearly independent decisions, one per doubling of time: the uncertainty
+// changes little from one cycle to the next, and hardly at all after about 20 ms
 // (docs/uncertainty.md).
 constexpr double kDecisions = 8.0;
 
@@ -55,7 +55,7 @@ const LimitTightening& ChanceLimit::tighten(const UncertainState& now, const Sta
     for (Eigen::Index j = 0; j < m; ++j) {
       for (Eigen::Index i = 0; i < m; ++i) variance += slope[i] * now.covariance(i, j) * slope[j];
     }
-    // Without heat there is nothing to be uncertain of.
+    // Without heat there is no uncertainty.
     const double relative =
         peak > 0.0
             ? std::sqrt(std::max(0.0, variance) / (peak * peak) + model_error_ * model_error_)

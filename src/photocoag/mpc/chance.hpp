@@ -1,7 +1,7 @@
-// Role: online; a peak limit that a treatment exceeds with a stated probability at most. Used by
-// loop when `control.robust` is "chance". Source: docs/uncertainty.md (how the treatment's
-// probability becomes that of a cycle, what is assumed). Units: SI. Real time: tighten() is
-// noexcept, bounded and allocation-free. Threads: one owner.
+// Role: online; the peak limit as a chance constraint on the whole treatment. Used by loop when
+// `control.robust` is "chance". Source: docs/uncertainty.md (how the treatment's probability
+// becomes that of a cycle, what is assumed). Units: SI. Real time: tighten() is noexcept, bounded
+// and allocation-free. Threads: one owner.
 #pragma once
 
 #include "photocoag/mpc/ocp.hpp"
@@ -9,9 +9,9 @@
 
 namespace photocoag {
 
-/// What is known of the eye when a power is chosen.
+/// The estimator's knowledge of the eye when a power is chosen.
 struct UncertainState {
-  const StateVector& modes;          ///< for 1 W, at the start of stage 0
+  const StateVector& modes;          ///< x_i at the start of stage 0, W s
   const StateVector& peak_residue;   ///< R_peak
   const ResidueSlopes& peak_slope;   ///< dR_peak / d ln q
   const QuantityMatrix& covariance;  ///< of ln q
@@ -26,18 +26,18 @@ class ChanceLimit {
   /// Throws Error if the settings are bad.
   ChanceLimit(const UncertainModel& model, const ControlSettings& settings);
 
-  /// Standard deviations kept away from the limit.
+  /// Back-off from the limit in standard deviations.
   double kappa() const noexcept { return kappa_; }
 
-  /// `input`: of the control problem. `powers`: W, at stages 0 … N-2, around which s_k is taken.
-  /// Valid until the next call.
+  /// `input`: of the control problem, order entries. `powers`: W, at stages 0 … N-2, at which s_k
+  /// is evaluated. Valid until the next call.
   const LimitTightening& tighten(const UncertainState& now, const StateVector& input,
                                  const InputVector& powers) noexcept;
 
   /// s_1 of the last call: relative standard deviation of the next peak.
   double relative_sigma() const noexcept { return relative_sigma_; }
 
-  /// The most by which the last call changed the limit of a stage, K.
+  /// Largest change of a stage's limit by the last call, K.
   double change() const noexcept { return change_; }
 
  private:
@@ -56,8 +56,7 @@ class ChanceLimit {
 /// kappa of (U3) for `control.limit_probability`.
 double kept_deviations(double limit_probability) noexcept;
 
-/// The standard deviations that correspond to the probability of one side of a normal
-/// distribution: Phi(-kappa) = probability.
+/// One-sided normal quantile kappa: Phi(-kappa) = probability.
 double normal_quantile(double probability) noexcept;
 
 }  // namespace photocoag

@@ -22,18 +22,18 @@ struct PlanData {
   double upper = 1.0;
 };
 
-/// G u = reference - f by forward substitution. False, with `u` undefined, as soon as a power is
-/// outside of the box or not finite: then something binds.
+/// G u = reference - f by forward substitution. False, with `u` undefined, if a power leaves the
+/// box (a bound is active) or is not finite.
 bool meet_reference(const PlanData& data, double* u) noexcept;
 
-/// How far `u`, wherever it is from, is from being the minimizer of sum_k (peak_k - reference_k)^2
-/// in the box and below the limits with nothing active: the largest |peak - reference|_k over
-/// (G u)_k, which bounds `stationarity` of qp/kkt.hpp from above, since the impulse responses are
-/// not negative. Infinity if a power or a row is outside by anything at all, if an impulse response
-/// is negative or if something is not finite.
+/// Optimality residual of any `u` for sum_k (peak_k - reference_k)^2 in the box and below the
+/// limits with no active constraint: the largest |peak - reference|_k over (G u)_k, an upper bound
+/// of `stationarity` in qp/kkt.hpp, since the impulse responses are not negative. Infinity if a
+/// bound or row is violated at all, if an impulse response is negative or if something is not
+/// finite.
 double deadbeat_residual(const PlanData& data, const double* u) noexcept;
 
-/// What deadbeat_residual() must not exceed; 1e-15 is usual.
+/// Upper limit of deadbeat_residual(); 1e-15 is typical.
 inline constexpr double kDeadbeatResidual = 1e-13;
 
 }  // namespace photocoag

@@ -1,5 +1,5 @@
-// Role: online; outputs of an impulse response. Used by the plans where nothing binds. Real time:
-// noexcept, O(n^2), no allocation; each sum in the order of the inputs.
+// Role: online; convolution with an impulse response. Used by the plans where nothing binds. Real
+// time: noexcept, O(n^2), no allocation; each sum in the order of the inputs.
 #pragma once
 
 #include "photocoag/core/fixed_length.hpp"

@@ -39,7 +39,7 @@ struct MpcResult {
   double kkt_residual = 0.0;
 };
 
-/// What a controller needs for its decisions, whichever solver is behind it.
+/// What the controller needs of an MPC, whatever its solver.
 template <typename M>
 concept PredictiveController = requires(M mpc, const M& constant, const StateVector& vector,
                                         long long cycle, double power) {
@@ -58,8 +58,8 @@ class ModelPredictiveController {
                             Solver solver = Solver())
       : ocp_(model, settings), solver_(std::move(solver)) {}
 
-  /// The power of cycle n = 0, 1, … from the estimate (x, B(alpha)). `previous_power`: what was
-  /// applied last.
+  /// The power of cycle n = 0, 1, … from the estimate (x, B(alpha)). `previous_power`: W, applied
+  /// last.
   MpcResult solve(const StateVector& state, const StateVector& input, long long cycle,
                   double previous_power,
                   const LimitTightening* tightening = nullptr) noexcept PHOTOCOAG_NONBLOCKING {
@@ -68,8 +68,8 @@ class ModelPredictiveController {
     assembled_ = {cycle, result.power_reference,
                   cycle == 0 ? result.power_reference : previous_power, false};
     ocp_.respond({.state = state, .input = input, .cycle = cycle, .tightening = tightening});
-    // Exact where nothing binds: `dense` would start at the same plan and change nothing. Another
-    // solver is there by choice, and is asked.
+    // Exact where nothing binds: `dense` would start at the same plan and change nothing.
+    // Another solver was chosen by the user, so it is always called.
     if constexpr (std::same_as<Solver, DenseSolver>) {
       if (take_plan()) {
         result.solver_status = QpStatus::kSolved;
@@ -97,7 +97,7 @@ class ModelPredictiveController {
   }
 
   const OptimalControlProblem& ocp() const noexcept { return ocp_; }
-  /// The quadratic program of the last solve(), written when somebody asks.
+  /// The quadratic program of the last solve(), assembled on demand.
   const QpProblem& problem() const noexcept {
     if (!assembled_.done) {
       assembled_.done = true;

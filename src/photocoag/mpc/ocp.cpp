@@ -59,7 +59,7 @@ void OptimalControlProblem::respond(const OcpData& data) noexcept {
     const double least_power = settings_.power_min / settings_.power_max;
     const double scale = settings_.power_max;
     tightened_ = data.tightening != nullptr;
-    // A column of peak_powers_ after the other: each sum runs over the states in their order.
+    // Column by column of peak_powers_: each sum runs over the states in order.
     const auto times_powers = [this, n](int first, const StateVector& x, double* __restrict out) {
       double sum[even(kMaxInputs)];
       PHOTOCOAG_UNROLLED

@@ -1,9 +1,9 @@
 // Role: online; the paper's optimal control problem, condensed to its N - 1 powers. Used by mpc.
 // Source: paper, section 3, OCP(n) and J_n; docs/equations.md (E18) to (E22).
-// Differences: slips of the paper put right (input terms k = 0 … N-2, no bound at stage 0, u_ref
-// from the discrete steady state); a limit that even the smallest powers exceed is relaxed to what
-// they reach, so that no estimate makes the problem unsolvable. Units: SI. Real time: noexcept,
-// bounded, allocation-free after construction.
+// Differences: corrections to the paper (input terms k = 0 … N-2, no bound at stage 0, u_ref from
+// the discrete steady state); a limit that even the smallest powers exceed is relaxed to what they
+// reach, so that the problem is always feasible. Units: SI. Real time: noexcept, bounded,
+// allocation-free after construction.
 #pragma once
 
 #include "photocoag/core/types.hpp"
@@ -18,8 +18,8 @@ namespace photocoag {
 /// R0(j) of the paper at j = n + k: 0 or 1.
 double state_weight(StateWeight kind, long long stage) noexcept;
 
-/// What the limit's rows have more than the predicted peak: an upper bound of the peak instead of
-/// its estimate (mpc/robust.hpp). All entries not negative.
+/// What the limit's rows add to the predicted peak, turning the estimate into an upper bound
+/// (mpc/robust.hpp, mpc/chance.hpp). All entries not negative.
 struct LimitTightening {
   StateVector input;    ///< B_d at the largest plausible alpha, order
   InputVector free;     ///< K, at stages 1 … N-1 whatever the powers
@@ -39,10 +39,10 @@ struct OcpData {
 /// min  sum_{k=1}^{N-1} R0(n+k) (y_k - y_ref)^2 + R1 sum_{k=0}^{N-2} (u_k - u_ref)^2
 ///      + R2 ((u_0 - u_prev)^2 + sum_{k=1}^{N-2} (u_k - u_{k-1})^2)
 /// s.t. u_min <= u_k <= u_max,  y_k <= max(y_max, y_k at u = u_min),  k = 1 … N-1,
-/// With a tightening the second line holds for f_k + free_k + sum_{j<k} (h'_{k-1-j} +
-/// impulse_{k-1-j}) u_j, h'_i = C_peak A^i input. y_ref may change from stage to stage, and both
-/// y_ref and y_max are multiplied by their period's share (ControlSettings::shares).
 /// with y_k = f_k + sum_{j<k} h_{k-1-j} u_j, f_k = C_peak A^k x_0, h_i = C_peak A^i B.
+/// With a tightening the limit holds for f_k + free_k + sum_{j<k} (h'_{k-1-j} + impulse_{k-1-j})
+/// u_j instead of y_k, h'_i = C_peak A^i input. y_ref may change from stage to stage, and both
+/// y_ref and y_max are multiplied by their period's share (ControlSettings::shares).
 class OptimalControlProblem {
  public:
   /// Throws Error on bad settings or a model for another period.
@@ -54,8 +54,8 @@ class OptimalControlProblem {
   /// The outputs without inputs, the impulse responses, references and limits of all stages.
   void respond(const OcpData& data) noexcept;
 
-  /// The quadratic program of the last respond(); of `data` state, input and tightening are not
-  /// looked at again.
+  /// The quadratic program of the last respond(); state, input and tightening are those of that
+  /// call.
   void assemble(long long cycle, double power_reference, double previous_power,
                 QpProblem& problem) const noexcept;
 
@@ -94,7 +94,8 @@ class OptimalControlProblem {
             .upper = 1.0};
   }
 
-  /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds cycle n's reference for ever.
+  /// u_ref = y_ref / (C_peak (I - A)^-1 B), W: the power that holds cycle n's reference in steady
+  /// state.
   double steady_power(const StateVector& input, long long cycle = 0) const noexcept;
 
   /// y_ref at the end of period `cycle`, K: the configured one times its share.

@@ -38,8 +38,7 @@ inline void rotate(int k, int n, double& weight, double* __restrict first,
 // Backwards in time, the last power first, H / 2 is the sum over its generators a of L(a) L(a)',
 // L(a) the lower triangular Toeplitz matrix with the first column a: h, sqrt(R1) e_0 and sqrt(R2)
 // (e_0 - e_1). Column k of the unit Cholesky factor is the first generator, after rotations have
-// brought row k of the others into it; then it moves down by one, which nothing has to be moved
-// for.
+// brought row k of the others into it; then it shifts down by one, which costs nothing.
 template <int Others, typename Length>
 bool minimize_as(Length length, const PlanData& data, const PlanPenalties& penalties,
                  double* __restrict u) noexcept {

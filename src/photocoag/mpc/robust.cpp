@@ -10,7 +10,8 @@ namespace photocoag {
 namespace {
 
 ErrorCertificate certificate_of(const ReducedModel& model) {
-  // A certificate compares two models sampled alike. Only the exact hold is sampled as the eye is.
+  // A certificate compares two models with the same discretization. Only zero-order hold is that of
+  // the eye.
   if (model.discretization != Discretization::kZeroOrderHold) {
     throw Error(ErrorParts{.key = "model.discretization",
                            .problem = "control.robust = \"certified\" does not cover the error of "
@@ -108,7 +109,7 @@ const LimitTightening& RobustLimit::finish(const Absorption& absorption, bool de
     model_.evaluate({high, least}, matrices_);
   }
   input_low_ = matrices_.input;
-  // What a pending power may heat more than the estimate says.
+  // Heating by a pending power beyond the estimate.
   pending_excess_ = (tightening_.input - estimated_) * pending;
   pending_excess_low_ = (input_low_ - estimated_) * pending;
   std::array<double, kMaxMajorantTerms> applied = applied_;

@@ -1,7 +1,7 @@
 // Role: online; the peak limit with a margin. Used by loop when `control.robust` is "certified".
-// Source: derived here; docs/control.md (robust mode): what it is made of and what it does not
-// guarantee. Units: SI. Real time: observe() and tighten() are noexcept, bounded and allocation-
-// free. Threads: one owner.
+// Source: derived here; docs/control.md (robust mode), with what it does not guarantee. Units: SI.
+// Real time: observe() and tighten() are noexcept, bounded and allocation-free. Threads: one
+// owner.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ namespace photocoag {
 /// y_k <= y_max with, instead of the estimate's y_k, the upper bound
 ///   C A^k x + s sigma_k + e_k + sum_j (max_beta C A^(k-1-j) B(alpha_high, beta) + m_(k-1-j)) u_j
 /// alpha_high: s standard deviations above the estimate; beta: s below or above its own, if it is
-/// estimated. sigma_k: of C A^k x. e_k, m_i: the model's
-/// running error bound of the powers applied so far and of those to come, its largest scale between
-/// alpha_low and alpha_high. All coefficients of u_j are not negative, so that 0 W is the safest.
+/// estimated. sigma_k: of C A^k x. e_k, m_i: the model's running error bound of the powers applied
+/// so far and of those to come, its largest scale between alpha_low and alpha_high. All
+/// coefficients of u_j are non-negative, so that 0 W is the safest.
 class RobustLimit {
  public:
-  /// What the filter knows of the absorption: means and standard deviations.
+  /// The filter's estimate of the absorption: means and standard deviations.
   struct Absorption {
     double alpha;
     double alpha_sigma;
@@ -29,16 +29,15 @@ class RobustLimit {
     double beta_sigma = 0.0;
   };
 
-  /// `most`: the filter keeps its estimates below. Throws Error if the model has no certificate or
-  /// the settings are bad.
+  /// `most`: the filter's upper bounds. Throws Error if the model has no certificate or the
+  /// settings are bad.
   RobustLimit(const ReducedModel& model, const ControlSettings& settings, AbsorptionFactors most);
 
-  /// One period has passed with `power`, W.
+  /// One period with `power`, W.
   void observe(double power) noexcept;
 
-  /// `covariance`: of (x, alpha), order + 1 square at least.
-  /// `pending`: power, W, of the period before stage 0, if it is not over yet; else 0. Valid until
-  /// the next call.
+  /// `covariance`: of (x, alpha), at least (order + 1) square. `delayed`: the controller's delay is
+  /// one period, before which `pending`, W, still acts; without delay 0. Valid until the next call.
   template <typename Covariance>
   const LimitTightening& tighten(const Covariance& covariance, const Absorption& absorption,
                                  bool delayed, double pending) noexcept {

@@ -138,8 +138,8 @@ void ControlSettings::validate() const {
           "dense or osqp-condensed with control.robust or control.solve_every");
   require_valid_chance(*this);
   if (state_weight == StateWeight::kDelayed) {
-    // The first inputs are then scored by R1 and R2 alone: without them u0 is not unique. Below the
-    // floor it is unique on paper only (the outputs' own scale is some 100 K2).
+    // The first inputs are then weighted by R1 and R2 alone: without them u0 is not unique. Below
+    // the floor it is unique only in exact arithmetic (the outputs' own scale is about 100 K2).
     const double floor = 1e-6 / (power_max * power_max);
     require(power_weight + power_change_weight >= floor, "control.state_weight",
             std::string_view("delayed with power_weight + power_change_weight too small"),

@@ -19,11 +19,11 @@ enum class SolverKind {
   kOsqpCondensed,  ///< OSQP on the condensed problem
 };
 
-/// What the peak limit is tightened by.
+/// How the peak limit is tightened.
 enum class Robustness {
   kNone,       ///< nothing: the limit holds for the estimate
   kCertified,  ///< the model's running error bound and robust_sigma standard deviations (E28)
-  kChance,     ///< what limit_probability asks of the posterior
+  kChance,     ///< a chance constraint on the posterior, by limit_probability
 };
 
 struct ControlSettings {
@@ -42,10 +42,10 @@ struct ControlSettings {
   std::vector<double> reference_values = {};
   Robustness robust = Robustness::kNone;
   double robust_sigma = 4.0;        ///< standard deviations, 0 to 10
-  double limit_probability = 1e-3;  ///< of a treatment to exceed peak_max; 1e-6 to 0.5
-  /// A gentle start: at most this long, s, 0 (none) to 60, with this power, W, above 0 and at most
-  /// power_max, until the peak at the reference is known to this deviation, K, 0 (by time only) to
-  /// 50.
+  double limit_probability = 1e-3;  ///< that a treatment exceeds peak_max; 1e-6 to 0.5
+  /// Identification phase: duration, s, at most this long, 0 (none) to 60; power, W, an upper
+  /// limit, above 0 and at most power_max; it ends early once the peak at the reference is known to
+  /// this standard deviation, K, 0 (by time only) to 50.
   double identification_duration = 0.0;
   double identification_power = 0.02;
   double identification_sigma = 0.0;
@@ -53,16 +53,16 @@ struct ControlSettings {
   int delay = 0;
   /// Periods from one solution to the next, 1 to N - 1: the plan's powers in between.
   int solve_every = 1;
-  double first_power = 0.0;  ///< W, given for the first period instead of solved for; 0: solved for
+  double first_power = 0.0;  ///< W, fixed power of the first period; 0: solved for
   SolverKind solver = SolverKind::kDense;
   double osqp_tolerance = 1e-3;  ///< of OSQP, absolute and relative; 1e-6 to 0.1
-  /// Share of reference and limit in force at the end of period 1, 2, …, the last one ever after;
-  /// above 0, at most 1; empty: 1. No key: run/tissue_margin finds them.
+  /// Share of reference and limit in force at the end of period 1, 2, …, the last one from then on;
+  /// above 0, at most 1; empty: 1. No key: computed by run/tissue_margin.
   std::vector<double> shares = {};
 
   /// Reference at time t, s. No allocation.
   double reference_at(double time) const noexcept;
-  /// Of reference and limit at the end of `period` = 1, 2, …. No allocation.
+  /// Share of reference and limit at the end of `period` = 1, 2, …. No allocation.
   double share_at(long long period) const noexcept;
 
   /// Throws Error naming the key ("control.…"), the value and the range.

@@ -3,9 +3,9 @@
 // Differences from the paper: condensed; rows and objective are normalized, so that the tolerance
 // is relative to the data and not to their units; H is checked to be definite; u is clipped to the
 // box, polished, and checked as every solver's. Units: none. Real time: as workspace.hpp,
-// allocation-free for sizes that were prepared. Accuracy as `dense`: only an answer that passes the
-// same check is one. Its last bits, and whether there is an answer, depend on the problems before
-// (warm start).
+// allocation-free for sizes that were prepared. Accuracy as `dense`: only answers that pass the
+// same check are returned. The last bits, and whether there is an answer, depend on earlier
+// problems (warm start).
 #pragma once
 
 #include "photocoag/osqp/workspace.hpp"
@@ -27,8 +27,8 @@ class CondensedOsqp {
 
   /// As DenseSolver::solve. Sizes that were not prepared are prepared first (allocates); a row that
   /// leaves the pattern is kNumericalFailure. OSQP starts at the tolerance; while the polished
-  /// answer fails the check (is_optimal in kkt.hpp), which knows nothing of OSQP, it goes on with a
-  /// tenth. kKktFailed when 4000 iterations did not bring an answer that passes.
+  /// answer fails the solver-independent check (is_optimal in kkt.hpp), it continues with a tenth
+  /// of it. kKktFailed if no answer passes within 4000 iterations.
   QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept;
 
   /// The next solve starts cold.

@@ -39,7 +39,7 @@ Coordinates shares_of_peak(const ReducedModel& model, double power_max) {
     x = (A * x).eval();
     c = (c * A).eval();
   }
-  // The units of x may be anything: to size 1 before the factorizations.
+  // x has arbitrary units: normalize before the factorizations.
   const Eigen::VectorXd size = reached.colwise().norm();
   const Eigen::VectorXd scale = (size.array() > 0.0).select(size, 1.0);
   reached *= scale.cwiseInverse().asDiagonal();
@@ -55,7 +55,8 @@ Coordinates shares_of_peak(const ReducedModel& model, double power_max) {
       scale.asDiagonal() * R_reached.transpose() * hankel.V * root.cwiseInverse().asDiagonal();
   const Eigen::VectorXd share = from.transpose() * Eigen::VectorXd(model.C_peak);
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (std::abs(share[i]) < 1e-12 * share.cwiseAbs().maxCoeff()) continue;  // of no effect
+    if (std::abs(share[i]) < 1e-12 * share.cwiseAbs().maxCoeff())
+      continue;  // no effect on the peak
     to.row(i) *= share[i];
     from.col(i) /= share[i];
   }
@@ -77,7 +78,7 @@ SparseOsqpController::SparseOsqpController(const ReducedModel& model,
   share_.setZero(model.order());
   set_up();
   if (form == SparseForm::kUnprepared || form == SparseForm::kModelStates) return;
-  // The cold eye at some alpha: from here on every answer has a neighbour to start from.
+  // The cold eye at some alpha: from here on every solve has a warm start.
   const StateVector cold = StateVector::Zero(model.order());
   for (int k = 0; k < 2; ++k) solve(cold, input_at(model, kSetUpAlpha), 0, 0.0);
 }
@@ -110,7 +111,7 @@ void SparseOsqpController::set_up() {
     if (k > 0) qp.P.add(states + k - 1, -2.0 * r2);
     qp.P.add(states + k, 2.0 * (r1 + (k + 1 < inputs ? 2.0 * r2 : r2)));
     qp.P.next_column();
-    // Any B will do: every solve brings its own.
+    // Any B will do: every solve sets its own.
     for (int i = 0; i < n; ++i) input_entries_.push_back(qp.A.add((k + 1) * n + i, 1.0));
     qp.A.add(states + inputs + k, 1.0);
     qp.A.next_column();

@@ -1,5 +1,6 @@
-// Role: online, by choice (`control.solver = "osqp"`); the paper's way: OSQP on the sparse optimal
-// control problem, with states and inputs as variables. Used by run and the benchmark.
+// Role: online, by choice (`control.solver = "osqp"`); as in the paper: OSQP on the sparse optimal
+// control problem, with states and inputs as variables. Used by run, study, python and the
+// benchmark.
 // Source: paper, section 3 and Algorithm 1: updates in place, warm start; docs/control.md.
 // Differences: u is scaled by u_max; the states are each state's share of the peak temperature, K,
 // in balanced coordinates, so that OSQP's tolerances do not depend on the reduced model's basis; no
@@ -18,10 +19,10 @@ namespace photocoag {
 
 enum class SparseForm {
   kPrepared,  ///< shares of the peak as states, the cold eye solved before the treatment
-  // For comparison (`bench qp`); a power is what OSQP's own criterion calls solved, unchecked:
+  // For comparison (`bench qp`); powers are accepted by OSQP's own criterion, unchecked:
   kOwnCriterion,  ///< as kPrepared
-  kUnprepared,    ///< nothing solved before: the paper's settings
-  kModelStates,   ///< nor other states than the reduced model's, whatever their units
+  kUnprepared,    ///< no solve before the treatment: the paper's settings
+  kModelStates,   ///< as kUnprepared, with the reduced model's own states
 };
 
 class SparseOsqpController {

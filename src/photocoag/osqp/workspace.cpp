@@ -15,7 +15,8 @@ constexpr int kMostIterations = 4000;  // OSQP's default
 constexpr double kFinest = 1e-10;
 constexpr c_int kRhoInterval = 25;  // iterations, as often as OSQP looks at its residuals
 
-// Larger numbers overflow in OSQP's scaling, which then stays spoilt, and it calls NaN solved.
+// Larger numbers overflow in OSQP's scaling, which then stays corrupted, and OSQP reports NaN as
+// solved.
 constexpr double kLargest = 1e15;
 
 bool usable(const std::vector<double>& values) noexcept {
@@ -198,7 +199,7 @@ void OsqpWorkspace::forget() noexcept {
   OSQPWorkspace* work = handle_->work;
   for (c_int i = 0; i < work->data->n; ++i) work->x[i] = 0.0;
   for (c_int i = 0; i < work->data->m; ++i) work->z[i] = work->y[i] = 0.0;
-  // And its scaling to 1, in case it was spoilt: new matrices are scaled from there.
+  // Reset the scaling to 1, in case it was corrupted: new matrices are scaled from there.
   OSQPScaling& scaling = *work->scaling;
   for (c_int i = 0; i < work->data->n; ++i) scaling.D[i] = scaling.Dinv[i] = 1.0;
   for (c_int i = 0; i < work->data->m; ++i) scaling.E[i] = scaling.Einv[i] = 1.0;

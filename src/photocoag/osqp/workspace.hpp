@@ -1,13 +1,13 @@
-// Role: online, by choice (`control.solver = "osqp"`); one OSQP problem whose pattern is fixed and
-// whose numbers are replaced in place. Used by condensed and sparse.
+// Role: online, by choice (`control.solver = "osqp"`); one OSQP problem with a fixed sparsity
+// pattern, its values replaced in place. Used by condensed and sparse.
 // Source: B. Stellato, G. Banjac, P. Goulart, A. Bemporad, S. Boyd, "OSQP: an operator splitting
 //   solver for quadratic programs", Math. Prog. Comp. 12 (2020) 637-672; OSQP 0.6.
 // Settings: OSQP's defaults, but the step size is adapted every 25 iterations (by default the
 //   interval follows measured time) and the tolerance is the caller's.
 // Units: none. Real time: set_up() allocates and may throw; solve() is noexcept and bounded (4000
 //   iterations) and, with an OSQP built without its profiling and interrupt options as the
-//   photocoag script builds it, free of heap, clock and signal handlers (tests/osqp). Not bit for
-//   bit the same from any history: OSQP starts from its last answer. Threads: one owner.
+//   photocoag script builds it, free of heap, clock and signal handlers (tests/osqp). Results
+//   depend on the history in their last bits: OSQP starts from its last answer. Threads: one owner.
 #pragma once
 
 #include <memory>
@@ -39,7 +39,7 @@ struct SparseProblem {
   std::vector<double> upper;
 };
 
-/// No constraint, for `lower` and `upper`.
+/// In `lower` and `upper`: no bound.
 inline constexpr double kOsqpInfinity = 1e30;
 
 class OsqpWorkspace {
@@ -52,22 +52,22 @@ class OsqpWorkspace {
   /// Takes the pattern and first numbers. Throws Error if OSQP refuses them.
   void set_up(SparseProblem problem, double tolerance);
 
-  /// What the next solve() uses; sizes and patterns must stay.
+  /// The data of the next solve(); sizes and patterns must not change.
   SparseProblem& problem() noexcept { return problem_; }
 
-  /// Pushes q and the bounds, P and A only if said to, and solves from the last answer. After any
-  /// other answer than kSolved the next solve starts cold.
+  /// Passes q and the bounds to OSQP, P and A only as flagged, and solves from the last answer.
+  /// After any other answer than kSolved the next solve starts cold.
   ///   kInfeasible: proved to OSQP's tolerance; kIterationLimit: 4000 iterations, or solved with a
   ///   lower accuracy only; kNumericalFailure: anything else, or data beyond 1e15.
   QpStatus solve(bool new_P, bool new_A) noexcept;
 
   /// Goes on from the last solve() or refine() with a tenth of its tolerance. kIterationLimit when
-  /// the 4000 iterations of all tries are used up or a tolerance of 1e-10 did not do.
+  /// the 4000 iterations of all attempts are used up or a tolerance of 1e-10 was not enough.
   /// Precondition: the last status was kSolved.
   QpStatus refine() noexcept;
 
-  /// solve(), and refine() while there is an answer that `passes` (bool(), reads x and y) refuses.
-  /// kSolved: the last answer passed. kKktFailed: there were answers, and none passed.
+  /// solve(), then refine() while `passes` (bool(), reads x and y) rejects the answer. kSolved: the
+  /// last answer passed. kKktFailed: no answer passed.
   template <typename Passes>
   QpStatus solve_checked(bool new_P, bool new_A, Passes&& passes) noexcept {
     QpStatus status = solve(new_P, new_A);
@@ -84,7 +84,7 @@ class OsqpWorkspace {
   /// The next solve starts from x = 0, y = 0 and the default step size.
   void forget() noexcept;
 
-  /// True if x and y are an answer, be it an inaccurate one: after kSolved and after
+  /// True if x and y hold an answer, even an inaccurate one: after kSolved and after
   /// kIterationLimit of an attempt. Otherwise OSQP leaves 2143289344 in them.
   bool has_answer() const noexcept { return has_answer_; }
   const double* x() const noexcept;

@@ -1,5 +1,5 @@
-// Role: online; the factors of the active normals of a dual method, and its step directions. Used
-// by qp/dense.
+// Role: online; QR factors of the active constraint normals of a dual active-set method, and its
+// step directions. Used by qp/dense.
 // Source: Goldfarb and Idnani (qp/dense.hpp), section 4, in the form that is cheap where few of
 //   many constraints are active: instead of J = U^-T Q' with its n columns only those of Q that
 //   belong to active normals, by Gram and Schmidt, twice where the first time cancels.
@@ -27,7 +27,7 @@ class ActiveFactor {
   void clear(int inputs) noexcept;
   int count() const noexcept { return count_; }
 
-  /// The directions for a normal n that may enter: w = U^-1 n = Q d1 + v, Q'v = 0.
+  /// Step directions for an entering normal n: w = U^-1 n = Q d1 + v, Q'v = 0.
   void direct(const HessianFactor& factor, const Normal& normal) noexcept;
   /// z = U^-T v: u moves along -z.
   const double* primal() const noexcept { return primal_; }
@@ -35,10 +35,11 @@ class ActiveFactor {
   const double* dual() const noexcept { return dual_; }
   /// v'v = n'z.
   double slope() const noexcept { return slope_; }
-  /// The normal lies in the span of the active ones: sine of the angle (in H^-1) up to 1e-10.
+  /// True if the normal lies in the span of the active ones: sine of the angle (in H^-1) up to
+  /// 1e-10.
   bool dependent() const noexcept { return dependent_; }
 
-  /// The normal of the last direct() becomes the last active one; it is not dependent.
+  /// Appends the normal of the last direct(). Precondition: not dependent().
   void add() noexcept;
   void drop(int position) noexcept;
 

@@ -14,13 +14,13 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // All relative. Rounding in n' u is some 1e-15 of the row's scale for 49 inputs.
-constexpr double kViolated = 1e-13;    // a constraint is taken up: two orders above rounding
-constexpr double kWide = 10.0;         // a box counts as at most so much larger than u
+constexpr double kViolated = 1e-13;    // a constraint counts as violated: two orders above rounding
+constexpr double kWide = 10.0;         // a box counts as at most this many times larger than u
 constexpr double kFeasible = 1e-9;     // rows that cannot be met better than this are infeasible
 constexpr double kNegligible = 1e-12;  // components of r that may be rounding errors
 constexpr double kSharp = 1e-14;       // KKT residual of an answer that needs no refinement
 
-// Of a column, in whole fours: rows of a plan know nothing of later inputs.
+// Leading zeros of a column, in multiples of four: rows of a plan do not depend on later inputs.
 int leading_zeros(const double* column, int m) noexcept {
   int i = 0;
   for (; i + 3 < m; i += 4) {
@@ -43,7 +43,7 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
     }
     u_.resize(problem.hessian.rows());
     definite = factor_.minimize(problem.hessian, problem.gradient, u_.data());
-    // In most problems nothing binds. The check looks at all data: what is wrong with them shows.
+    // In most problems nothing binds. The check reads all data, so bad data fail it.
     if (definite && take_inner(problem, solution)) return QpStatus::kSolved;
   }
   QpStatus status = examine(problem);
@@ -59,7 +59,7 @@ QpStatus DenseSolver::solve(const QpProblem& problem, QpSolution& solution) noex
   return status;
 }
 
-// The unconstrained minimizer, where it is inside of everything.
+// Takes the unconstrained minimizer if it is feasible.
 bool DenseSolver::take_inner(const QpProblem& problem, QpSolution& solution) const noexcept {
   const double residual = inner_residual(problem, u_.data());
   if (!(residual <= kSharp)) return false;
@@ -67,7 +67,7 @@ bool DenseSolver::take_inner(const QpProblem& problem, QpSolution& solution) con
   return true;
 }
 
-// Scales the box and the rows. A row that no u in the box violates is left out: its offset is
+// Scales the box and the rows. A row that no u in the box violates is skipped: its offset is
 // infinite.
 QpStatus DenseSolver::prepare(const QpProblem& problem) noexcept {
   n_ = static_cast<int>(problem.hessian.rows());
@@ -92,7 +92,7 @@ QpStatus DenseSolver::prepare_as(const QpProblem& problem, Inputs inputs, Rows r
     box_scale_(j) = scale > 0.0 ? scale : 1.0;
     box_weight_(j) = 1.0 / box_scale_(j);
     const double* column = problem.rows.data() + j * m;
-    // Of a known length, zeros are gone through.
+    // With a compile-time length zeros are not skipped.
     const int first = first_[j] = std::is_same_v<Rows, int> ? leading_zeros(column, m) : 0;
     for (int i = first; i < m; ++i) {
       most[i] += std::max(column[i] * lower, column[i] * upper);
@@ -118,7 +118,7 @@ QpStatus DenseSolver::prepare_as(const QpProblem& problem, Inputs inputs, Rows r
   return QpStatus::kSolved;
 }
 
-// The algorithm of Goldfarb and Idnani. kSolved: `solution` has the answer, and that is optimal.
+// The algorithm of Goldfarb and Idnani. kSolved: `solution` holds a verified answer.
 QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& solution) noexcept {
   const int n = n_;
   // Step 0: u is the unconstrained minimum.
@@ -128,12 +128,12 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& s
 
   bool entering = false;
   for (iterations_ = 0; iterations_ <= limit; ++iterations_) {
-    // Step 1: choose a violated constraint; if there is none, and u is not as good as can be,
-    // refine it and look again.
+    // Step 1: choose a violated constraint; if there is none and u is not accurate enough, refine
+    // and check again.
     if (!entering) {
       if (!choose_violated(problem)) {
         if (conclude(problem, kSharp, solution)) return QpStatus::kSolved;
-        if (relaxed_) {  // the active set is found: the margin has done its work
+        if (relaxed_) {  // the active set is found: remove the margin
           for (int i = 0; i < offsets_.size(); ++i) offsets_(i) -= margin_[i];
           refine(problem);
           if (!choose_violated(problem) && conclude(problem, kInfinity, solution)) {
@@ -164,7 +164,7 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& s
     if (t == kInfinity) {
       const double gap = least_violation(problem);
       if (gap > kFeasible) return QpStatus::kInfeasible;
-      // Out of step with the proof, or p would have to leave again: only rounding leads here.
+      // Contradicts the proof, or the entering constraint would leave again: only by rounding.
       if (!(gap >= -kFeasible) || entering_multiplier_ > 0.0) return QpStatus::kNumericalFailure;
       relax(problem, gap);
       refine(problem);
@@ -184,7 +184,7 @@ QpStatus DenseSolver::iterate(const QpProblem& problem, int limit, QpSolution& s
   return QpStatus::kIterationLimit;
 }
 
-// kViolated, or less where the box is far wider than u: of what rounds in a constraint there.
+// kViolated, or less where the box is far wider than u, relative to what rounds there.
 double DenseSolver::least_counted(const QpProblem& problem, int index) const noexcept {
   const int n = n_;
   const double curved = curved_size(problem, u_.data());
@@ -198,7 +198,7 @@ double DenseSolver::least_counted(const QpProblem& problem, int index) const noe
   return kViolated * std::min(sum, 1.0);
 }
 
-// What every constraint that is not active is exceeded by, and the largest of these and its place.
+// Violation of every inactive constraint; returns the largest and its index.
 template <typename Inputs, typename Rows>
 DenseSolver::Worst DenseSolver::worst(const QpProblem& problem, Inputs inputs, Rows rows,
                                       double* __restrict excess) const noexcept {
@@ -274,7 +274,8 @@ void DenseSolver::evaluate_directions(const QpProblem& problem) noexcept {
 DenseSolver::DualStep DenseSolver::longest_dual_step() const noexcept {
   const double* dual = normals_.dual();
   double least = 0.0;
-  if (normals_.dependent()) {  // there is no t2: a rounding error in r must not pass for a t1
+  if (normals_
+          .dependent()) {  // there is no t2: a rounding error in r must not be mistaken for a t1
     least = 1.0;
     for (int k = 0; k < normals_.count(); ++k) least = std::max(least, std::abs(dual[k]));
     least *= kNegligible;
@@ -309,8 +310,8 @@ double DenseSolver::least_violation(const QpProblem& problem) const noexcept {
   return weight > 0.0 ? margin / weight : -kInfinity;
 }
 
-// Raises the limits of the rows in conflict, so that they just have a point in common; and by what
-// counts as violated, or rounding may bring the conflict back.
+// Raises the limits of the conflicting rows until they have a common point, plus a margin against
+// rounding.
 void DenseSolver::relax(const QpProblem& problem, double gap) noexcept {
   if (!relaxed_) std::fill_n(margin_, offsets_.size(), 0.0);
   relaxed_ = true;

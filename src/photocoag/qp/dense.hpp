@@ -2,12 +2,12 @@
 // Used by mpc.
 // Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex
 //   quadratic programs", Math. Programming 27 (1983) 1-33, steps 0 to 2 of the algorithm.
-// Differences from the source: an unconstrained minimizer that is inside of box and rows is the
-//   answer; inequalities read n' u <= b; J is not made: see active_factor.hpp; bounds are unit
-//   vectors; rows that no u in the box can violate are left out, and so are rows without reach
+// Differences from the source: an unconstrained minimizer that satisfies box and rows is the
+// answer; inequalities read n' u <= b; J is not made: see active_factor.hpp; bounds are unit
+//   vectors; rows that no u in the box can violate are skipped, and so are rows without reach
 //   (problem.hpp) whose limit is rounding; rows in conflict by less than 1e-9 are relaxed; an
 //   answer whose KKT residual is above 1e-14 is refined once against H, g and the active set; every
-//   answer carries its proof, the KKT conditions or a vector of Farkas.
+//   answer is verified, by the KKT conditions or a Farkas vector.
 // Units: none. Rows are normalized, and every tolerance is relative to the data, so that scaling
 //   (G_i, limit_i) or (H, g) by a positive factor changes u by rounding only.
 // Real time: no heap, lock, exception or clock; at most iteration_bound(n, m) active-set changes
@@ -25,13 +25,13 @@ namespace photocoag {
 
 class DenseSolver {
  public:
-  /// A smaller bound on the iterations than iteration_bound(), if need be.
+  /// `iteration_limit`: on top of iteration_bound(), for tests.
   explicit DenseSolver(int iteration_limit = std::numeric_limits<int>::max()) noexcept
       : iteration_limit_(iteration_limit) {}
 
   /// Most active-set changes for n inputs and m rows; a problem that needs more ends with
-  /// kIterationLimit. Random problems at the largest size, with half the constraints active, were
-  /// seen to need 2.5 (n + m); the rest is room for degenerate ones (tests/qp/test_dense.cpp).
+  /// kIterationLimit. Random problems of the largest size with half the constraints active needed
+  /// 2.5 (n + m); the rest is margin for degenerate ones (tests/qp/test_dense.cpp).
   static constexpr int iteration_bound(int inputs, int constraints) noexcept {
     return 8 * (inputs + constraints) + 16;
   }
@@ -39,11 +39,11 @@ class DenseSolver {
   /// Minimizer of 1/2 u' H u + g' u in the box and below the limits, with multipliers:
   ///   H u + g + G' row_multiplier + bound_multiplier = 0.
   /// The scale of row i is max(|limit_i|, sum_j |G_ij| max(|lower_j|, |upper_j|)).
-  ///   kSolved: lower <= u <= upper; rows hold to rounding, or, if no u does that, to 1e-9 of their
-  ///     scale; stationarity to 1e-11 of the largest terms that cancel in it.
-  ///   kInfeasible: proved by multipliers; every u in the box violates some row by more than 1e-9
-  ///     of the row's scale. A problem that is infeasible by less counts as feasible.
-  ///   kIterationLimit, kNumericalFailure, kKktFailed: as in QpStatus.
+  ///   kSolved: lower <= u <= upper; rows hold to rounding, or, if that is infeasible, to 1e-9 of
+  ///   their scale; stationarity to 1e-11 of the largest terms that cancel in it. kInfeasible:
+  ///   proved by multipliers; every u in the box violates some row by more than 1e-9 of the row's
+  ///   scale. A smaller infeasibility counts as feasible. kIterationLimit, kNumericalFailure,
+  ///   kKktFailed: as in QpStatus.
   /// Example and tests: tests/qp/test_dense.cpp.
   QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept PHOTOCOAG_NONBLOCKING;
 
@@ -58,7 +58,7 @@ class DenseSolver {
 
   struct DualStep {
     double length;
-    int leaving;  // position in the active set of the multiplier that reaches 0
+    int leaving;  // position in the active set of the first multiplier to reach 0
   };
 
   QpStatus prepare(const QpProblem& problem) noexcept;

@@ -1,6 +1,6 @@
-// Role: online; the Cholesky factors of the Hessian without roots, the unconstrained minimizer, and
-// solutions with either triangle, which `dense` needs only if that minimizer is outside. Used by
-// qp/dense, qp/active_factor.
+// Role: online; root-free Cholesky factors of the Hessian, the unconstrained minimizer, and
+// triangular solves, which `dense` needs only if that minimizer is infeasible. Used by qp/dense,
+// qp/active_factor.
 // Units: none. Real time: noexcept, O(n^3) once and O(n^2) a solution, no heap. Sums run in an
 // order that depends on the sizes only: same input, same bits. Threads: one owner.
 #pragma once
@@ -13,7 +13,7 @@
 
 namespace photocoag {
 
-/// The sum of column_i x_i, i < k: the last product last, which is known last.
+/// Sum of column_i x_i, i < k, with the last product added last: it becomes available last.
 inline double eliminated(const double* __restrict column, const double* __restrict x,
                          int k) noexcept {
   if (k == 0) return 0.0;
@@ -35,18 +35,18 @@ inline double eliminated(const double* __restrict column, const double* __restri
 }
 
 /// H = C D^-1 C', C upper triangular with D, the pivots, on its diagonal; U = C D^-1/2, H = U U'.
-/// The last input is eliminated first: then U^-1 leaves zeros where a constraint has none but the
-/// first inputs in it, as those of the first stages of a plan.
+/// The last input is eliminated first, so that U^-1 keeps the trailing zeros of constraints that
+/// involve only the first inputs, as those of a plan's first stages.
 class HessianFactor {
  public:
   /// False if a pivot is below 1e-14 of its diagonal element: H is not positive definite. `u` is
   /// then undefined, else -H^-1 g. Reads the upper triangle of H.
   bool minimize(const InputMatrix& hessian, const InputVector& gradient, double* u) noexcept;
 
-  /// After minimize() was true, before solve() and solve_transposed(): takes the roots.
+  /// After minimize() returned true and before solve() and solve_transposed(): takes the roots.
   void prepare_solutions() noexcept;
-  /// x <- U^-1 x, where only the first `count` entries of x are not 0; `length`: n, which the
-  /// compiler may know (core/fixed_length.hpp).
+  /// x <- U^-1 x, where only the first `count` entries of x are not 0; `length`: n, perhaps a
+  /// compile-time constant (core/fixed_length.hpp).
   template <typename Length>
   void solve(Length length, double* __restrict x, int count) const noexcept;
   /// x <- U^-T x, n entries.
@@ -67,7 +67,7 @@ class HessianFactor {
 
 template <typename Length>
 inline void HessianFactor::solve(Length length, double* __restrict x, int count) const noexcept {
-  // A known length is gone through: of the zeros at the end nothing but zeros is taken.
+  // A compile-time length is run through in full: the trailing zeros stay zero.
   constexpr bool kKnown = !std::is_same_v<Length, int>;
   const double* __restrict c = columns_;
   const int n = length;

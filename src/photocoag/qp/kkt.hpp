@@ -1,8 +1,7 @@
-// Role: online; how far an answer is from the Karush-Kuhn-Tucker conditions, whoever computed it.
-// Used by every solver on every answer. Source: docs/control.md (the conditions),
-// docs/equations.md. Units: none; every figure is relative to the terms that cancel in it, so that
-// scaling of rows or objective changes nothing. Real time: noexcept, O(n (n + m)), no heap; same
-// input, same bits.
+// Role: online; residual of the Karush-Kuhn-Tucker conditions, independent of the solver. Used by
+// every solver on every answer. Source: docs/control.md (the conditions), docs/equations.md. Units:
+// none; every residual is relative to the terms that cancel in it, hence invariant under scaling of
+// rows or objective. Real time: noexcept, O(n (n + m)), no heap; same input, same bits.
 #pragma once
 
 #include "photocoag/qp/problem.hpp"
@@ -25,20 +24,19 @@ struct KktResidual {
   double largest() const noexcept;
 };
 
-/// How large u is, whatever the box: max_j of |u_j| sqrt(H_jj) and |g_j| / sqrt(H_jj).
+/// Size of u independent of the box: max_j of |u_j| sqrt(H_jj) and |g_j| / sqrt(H_jj).
 double curved_size(const QpProblem& problem, const double* u) noexcept;
 
 /// Precondition: sizes of `solution` fit `problem`, whose data are finite (examine() in
 /// problem.hpp). Tests: tests/qp/test_kkt.cpp.
 KktResidual evaluate_kkt(const QpProblem& problem, const QpSolution& solution) noexcept;
 
-/// How far `u` with no multiplier at all is from being the minimizer: a bound from above of
-/// `stationarity`, max_j |H u + g|_j over the sum of the absolute terms in it. Infinity if an input
-/// or a row is outside by anything at all, or if something is not finite (a limit may be
-/// +infinity). Looks at all data itself: of the problem only the sizes are relied on.
+/// Upper bound of `stationarity` for `u` with all multipliers 0: max_j |H u + g|_j over the sum of
+/// the absolute terms in it. Infinity if a bound or row is violated at all, or if something is not
+/// finite (a limit may be +infinity). Precondition: sizes only; all data are checked here.
 double inner_residual(const QpProblem& problem, const double* u) noexcept;
 
-/// The same of one input and one row, written out.
+/// The same for one input and one row.
 inline double inner_residual_single(const QpProblem& problem, double u) noexcept {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double gradient = *problem.gradient.data();
@@ -47,7 +45,7 @@ inline double inner_residual_single(const QpProblem& problem, double u) noexcept
   const double term = *problem.hessian.data() * u;
   const double value = *problem.rows.data() * u;
   const double terms = std::abs(gradient) + std::abs(term);
-  // False for NaN. No branches: all of this is true where nothing binds.
+  // False for NaN. No branches: all conditions hold where nothing binds.
   const bool good = int(u >= lower) & int(u <= upper) & int(lower > -kInfinity) &
                     int(upper < kInfinity) & int(value > -kInfinity) &
                     int(value <= *problem.limit.data()) & int(terms < kInfinity);
@@ -56,7 +54,7 @@ inline double inner_residual_single(const QpProblem& problem, double u) noexcept
 }
 
 /// What every solver's answer must satisfy before a power is written: stationarity to 1e-11,
-/// feasibility and complementarity to 1e-9. A right answer has some 1e-16.
+/// feasibility and complementarity to 1e-9. Typical answers have about 1e-16.
 bool is_optimal(const KktResidual& kkt) noexcept;
 
 }  // namespace photocoag

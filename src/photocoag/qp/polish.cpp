@@ -13,7 +13,7 @@ constexpr double kPivot = 1e-14;  // Cholesky pivot over the diagonal: below, H 
 constexpr double kRegularization = 1e-10;  // of the Schur complement, whose diagonal is 1
 constexpr int kRounds = 10;                // of correcting the active set
 constexpr double kViolated = 1e-13;        // of a constraint's terms: above rounding
-constexpr int kSteps = 6;              // of refinement, which takes the regularization out again
+constexpr int kSteps = 6;  // of refinement, which removes the effect of the regularization
 constexpr double kNegligible = 1e-10;  // a multiplier over the objective's terms: rounding
 
 // L of A = L L', in place in the lower triangle of n columns of length `stride`.
@@ -83,7 +83,8 @@ void Polisher::write(const QpProblem& problem, QpSolution& solution) const noexc
   }
 }
 
-// Drops what pulls and takes up what is violated. False if the set stays.
+// Drops constraints with a multiplier of the wrong sign, adds violated ones. False if the set
+// stays.
 bool Polisher::correct(const QpProblem& problem) noexcept {
   const int m = static_cast<int>(problem.rows.rows());
   bool is_active[kMostActive] = {};
@@ -188,7 +189,7 @@ bool Polisher::factorize_active(const QpProblem& problem) noexcept {
     double norm = 0.0;
     for (int j = 0; j < n_; ++j) norm += column[j] * column[j];
     norm = std::sqrt(norm);
-    if (!(norm > 0.0)) continue;  // a row of zeros holds nothing
+    if (!(norm > 0.0)) continue;  // a row of zeros constrains nothing
     for (int j = 0; j < n_; ++j) column[j] /= norm;
     a.scale /= norm;
     a.value /= norm;

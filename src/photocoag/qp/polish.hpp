@@ -1,9 +1,9 @@
-// Role: online; sharpens an approximate answer on the active set that its multipliers name, so that
-// an iterative solver's answer can be held against the same conditions as an exact one. Used by
-// osqp. Source: B. Stellato et al., "OSQP", Math. Prog. Comp. 12 (2020) 637-672, section 4
+// Role: online; refines an approximate answer on the active set given by its multipliers, so that
+// an iterative solver's answer can meet the same conditions as an exact one. Used by osqp. Source:
+// B. Stellato et al., "OSQP", Math. Prog. Comp. 12 (2020) 637-672, section 4
 //   (solution polishing).
 // Differences: on the dense problem, by its Cholesky factor and a Schur complement; the multipliers
-// alone name the set; it is corrected a few times as in the primal-dual active set method (M.
+// alone determine the set; it is corrected a few times as in the primal-dual active set method (M.
 // Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865-888). Units: none. Real time:
 // noexcept, O((n + m)^3), no heap, nothing is kept. Threads: one owner (some 120 KB of work space
 // inside it).
@@ -18,9 +18,10 @@ class Polisher {
   /// Minimizer of 1/2 u' H u + g' u with the constraints whose multiplier in `solution` is not 0
   /// held with equality, its multipliers, and kkt_residual. While that is not the minimizer of
   /// `problem` (is_optimal in kkt.hpp) the set is corrected, nine times at most: constraints with a
-  /// multiplier of the wrong sign leave, violated ones enter. True if it is; a wrong set cannot
-  /// pass. Dependent constraints are allowed. Precondition: sizes match, the problem is finite
-  /// (examine() in problem.hpp). False, with `solution` undefined, also if H is not definite.
+  /// multiplier of the wrong sign leave, violated ones enter. True if it is the minimizer; a wrong
+  /// set cannot pass. Dependent constraints are allowed. Precondition: sizes match, the problem is
+  /// finite (examine() in problem.hpp). False, with `solution` undefined, also if H is not
+  /// definite.
   bool polish(const QpProblem& problem, QpSolution& solution) noexcept;
 
  private:
@@ -32,7 +33,7 @@ class Polisher {
   struct Active {
     int index;
     double sign;
-    bool fixed;    // lower = upper: a multiplier of either sign is right
+    bool fixed;    // lower = upper: a multiplier of either sign is valid
     double scale;  // of a, so that a H^-1 a' = 1
     double value;  // b times scale
   };

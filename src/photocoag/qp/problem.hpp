@@ -36,13 +36,12 @@ enum class QpStatus {
   kInfeasible,        ///< no u satisfies the constraints; u = lower
   kIterationLimit,    ///< the bound on the work was reached; u = lower
   kNumericalFailure,  ///< bad data, or H not positive definite; u = lower
-  kKktFailed,  ///< an answer was found, but it does not satisfy the KKT conditions; u = lower
+  kKktFailed,         ///< an answer was found but violates the KKT conditions; u = lower
 };
 
 std::string_view to_string(QpStatus status) noexcept;
 
-/// Unless solved: multipliers 0, and an entry of u whose lower bound is not finite is min(0,
-/// upper).
+/// Unless solved: multipliers 0, and u_j = min(0, upper_j) where lower_j is not finite.
 struct QpSolution {
   InputVector power;             ///< u, n; inside [lower, upper] at every status
   InputVector bound_multiplier;  ///< n; > 0: upper bound active, < 0: lower bound active
@@ -55,27 +54,26 @@ struct QpSolution {
 
 /// A row that no u in the box moves has no scale of its own: where its reach, sum_j |G_ij| max(
 /// |lower_j|, |upper_j|), is this small, its limit counts as 0 down to -kLimitRounding times the
-/// largest min(|limit|, reach) of all rows, which is how exactly such data are known.
+/// largest min(|limit|, reach) of all rows, the rounding of such data.
 inline bool without_reach(double reach, double limit) noexcept {
   return reach <= 1e-9 * std::abs(limit);
 }
 inline constexpr double kLimitRounding = 16.0 * std::numeric_limits<double>::epsilon();
 
-/// True if all sizes are those that QpProblem says.
+/// True if all sizes are as QpProblem requires.
 inline bool sizes_match(const QpProblem& problem) noexcept {
   const Eigen::Index n = problem.hessian.rows();
   const Eigen::Index m = problem.rows.rows();
   const bool inputs = n >= 1 && n <= kMaxInputs && problem.hessian.cols() == n;
   const bool rows = m <= kMaxInputs && (m == 0 || problem.rows.cols() == n);
-  // No branches: all of this is true but for a mistake.
+  // No branches: all conditions hold unless the caller made a mistake.
   return inputs && rows &&
          int(problem.gradient.size() == n) & int(problem.lower.size() == n) &
              int(problem.upper.size() == n) & int(problem.limit.size() == m);
 }
 
-/// kSolved if a solver may look at the data; kNumericalFailure if sizes do not match or are above
-/// kMaxInputs, or an entry is not finite (a limit may be +infinity); kInfeasible if some lower >
-/// upper.
+/// kSolved if the data are usable; kNumericalFailure if sizes do not match or are above kMaxInputs,
+/// or an entry is not finite (a limit may be +infinity); kInfeasible if some lower > upper.
 QpStatus examine(const QpProblem& problem) noexcept;
 
 /// The safe answer: every u_j at lower_j (see QpSolution), multipliers 0, no residual.
@@ -85,8 +83,8 @@ void give_up(const QpProblem& problem, QpSolution& solution) noexcept;
 void write_inner(const QpProblem& problem, const double* u, double kkt_residual,
                  QpSolution& solution) noexcept;
 
-/// What every solver offers: no lock, exception or clock, and no allocation once it has seen the
-/// problem's sizes; a bad problem never spoils the next answer. The exam is tests/qp/exam.hpp.
+/// A solver: no lock, exception or clock, and no allocation once it has seen the problem's sizes; a
+/// bad problem never affects the next answer. The exam is tests/qp/exam.hpp.
 template <typename Solver>
 concept QpSolver = requires(Solver solver, const QpProblem& problem, QpSolution& solution) {
   { solver.solve(problem, solution) }

@@ -10,10 +10,10 @@ namespace photocoag {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSharp = 1e-14;  // KKT residual, as of DenseSolver's answers that are not refined
+constexpr double kSharp = 1e-14;  // KKT residual, as for DenseSolver's unrefined answers
 
-// One input and one row, as of N = 2: the minimizer, where it is inside of everything. The numbers
-// are those of HessianFactor.
+// One input and one row, as for N = 2: the unconstrained minimizer, if feasible. Same arithmetic as
+// HessianFactor.
 bool take_single(const QpProblem& problem, QpSolution& solution) noexcept {
   const double curvature = *problem.hessian.data();
   const double u = -*problem.gradient.data() * (1.0 / curvature);
@@ -31,8 +31,8 @@ bool take_single(const QpProblem& problem, QpSolution& solution) noexcept {
   return true;
 }
 
-// The same where it is outside: at the nearest point inside, by the check of every answer; one
-// change of the active set. False where that is not clear.
+// The same if infeasible: the nearest feasible point, if its KKT residual passes; one active-set
+// change. False if it does not.
 bool clip_single(const QpProblem& problem, QpSolution& solution) noexcept {
   const double curvature = *problem.hessian.data();
   const double gradient = *problem.gradient.data();

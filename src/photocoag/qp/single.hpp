@@ -6,9 +6,9 @@
 
 namespace photocoag {
 
-/// True if `solution` is the minimizer by the check of every answer, to 1e-14: inside, or, if it
-/// `may_bind`, at a bound or the row, which counts as one change of the active set. False for all
-/// else, which DenseSolver has a word for. Precondition: sizes_match(), one input, one row.
+/// True if `solution` is the minimizer, with a KKT residual of at most 1e-14: inside, or, with
+/// `may_bind`, at a bound or the row, which counts as one active-set change. False otherwise;
+/// DenseSolver then finds the status. Precondition: sizes_match(), one input, one row.
 bool solve_single(const QpProblem& problem, bool may_bind, QpSolution& solution) noexcept;
 
 }  // namespace photocoag

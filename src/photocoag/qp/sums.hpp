@@ -1,6 +1,6 @@
 // Role: online; sums over plain arrays for qp. Plain loops, not Eigen's reductions: those start at
-// an aligned address, so that the order of the sum, and its last bit, would depend on where the
-// object lies. Real time: noexcept, no heap; the order depends on the length only.
+// an aligned address, so that the order of the sum, and its last bit, would depend on the object's
+// address. Real time: noexcept, no heap; the order depends on the length only.
 #pragma once
 
 namespace photocoag {
