@@ -41,7 +41,7 @@ void EyeReception::let_in() {
     guests_.push_back(guest);
     return;
   }
-  // Out of descriptors, or nobody of ours: no haste.
+  // Out of descriptors, or a connection of another user.
   if (!guests_.empty() && (errno == EMFILE || errno == ENFILE)) drop(guests_.front(), true);
   std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }

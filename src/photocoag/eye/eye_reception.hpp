@@ -1,5 +1,5 @@
-// Role: simulation; the eye's socket thread: welcomes one controller at a time, answers lines of
-// text, hands observers what the eye publishes. Used by eye_server. Source: docs/devices.md,
+// Role: simulation; the eye's socket thread: accepts one controller at a time, answers text
+// commands, gives observers the published memory. Used by eye_server. Source: docs/devices.md,
 // "Transports". Threads: its own; EyeDesk is what it shares with the pulse thread.
 #pragma once
 
@@ -15,22 +15,22 @@
 
 namespace photocoag {
 
-/// A controller that has been welcomed; handed from the socket thread to the pulse thread.
+/// An accepted controller, passed from the socket thread to the pulse thread.
 struct EyeClient {
   int socket = -1;
   std::uint32_t pulses_per_period = 1;
   Mapped<EyeOrderMemory> orders;  ///< null: commands come through the socket
 };
 
-/// What both threads know.
+/// Data shared by both threads.
 struct EyeDesk {
   EyeSharedMemory* memory = nullptr;
-  int descriptor = -1;  ///< of the memory, for who may read it
+  int descriptor = -1;  ///< of the memory, for observers
   std::int64_t pulse_ns = 0;
   std::uint64_t states = 0;
   double power_max = 0.0;  ///< W
   std::atomic<bool> priority{false};
-  std::atomic<bool> attached{false};  ///< a client is there or on its way
+  std::atomic<bool> attached{false};  ///< a client is attached or attaching
   std::atomic<EyeClient*> arriving{nullptr};
   std::atomic<bool> lockstep{false};
   std::atomic<bool> cold{false};
@@ -47,7 +47,8 @@ struct EyeDesk {
 
 class EyeReception {
  public:
-  static constexpr std::size_t kMostGuests = 16;  ///< the one that came first makes room
+  static constexpr std::size_t kMostGuests =
+      16;  ///< connections; the oldest is dropped for a new one
 
   EyeReception(EyeDesk& desk, FaultScript& faults, const Listener& listener)
       : desk_(desk), faults_(faults), listener_(listener) {}
@@ -55,7 +56,7 @@ class EyeReception {
   EyeReception(const EyeReception&) = delete;
   EyeReception& operator=(const EyeReception&) = delete;
 
-  /// Until desk.end.
+  /// Serves until desk.end.
   void run();
 
  private:

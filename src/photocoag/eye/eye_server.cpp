@@ -52,7 +52,7 @@ class Pulses {
     return start_ns_ + static_cast<std::int64_t>(number) * desk_.pulse_ns;
   }
 
-  /// Pulse `number` is due now: virtual time has been left for the clock.
+  /// Return from virtual time to the clock: pulse `number` is due now.
   void anchor(std::uint64_t number) noexcept {
     start_ns_ = monotonic_ns() - static_cast<std::int64_t>(number) * desk_.pulse_ns;
     memory_.start_ns.store(start_ns_);
@@ -65,7 +65,7 @@ class Pulses {
     desk_.lockstep.store(on, std::memory_order_relaxed);
   }
 
-  /// Until the controller asks for this pulse, has gone, or has been silent for too long.
+  /// Waits until the controller requests this pulse, has gone, or has been silent for too long.
   void wait_for_grant(std::uint64_t number) noexcept {
     constexpr std::int64_t kLook = 20'000;  // ns
     const std::int64_t give_up =
@@ -141,7 +141,7 @@ class Pulses {
     }
   }
 
-  /// Controllers that come and go, and their messages. `number`: of the next pulse.
+  /// Handles arriving and leaving controllers and their messages. `number`: of the next pulse.
   void attend(std::uint64_t number) noexcept {
     if (desk_.cold.exchange(false)) eye_.cool();
     if (client_.socket < 0) {
@@ -207,8 +207,8 @@ class Pulses {
     bool valid = false;
   };
 
-  /// A command that has just come. One for the running period, the next one, or the one that has
-  /// just ended is one; what is further off is none, and feeds no watchdog.
+  /// Processes a new command. Valid for the previous, the current or the next period; others are
+  /// ignored and do not feed the watchdog.
   void take_in(Command command, std::size_t slot, std::uint64_t running) noexcept {
     command.valid = command.period <= running + 1 && command.period + 1 >= running;
     seen_ = std::max(seen_, command.token);
@@ -220,7 +220,7 @@ class Pulses {
     commands_[slot] = command;
   }
 
-  /// The newest command for this period or one before that was not taken yet.
+  /// Takes the newest unused command for this period or the one before.
   void take_command(std::uint64_t period, EyeOrders& orders) noexcept {
     if (client_.socket < 0) return;
     for (const Command& command : commands_) {

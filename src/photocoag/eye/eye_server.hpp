@@ -1,6 +1,6 @@
 // Role: simulation; the process `photocoag eye`: pulses on its own clock, transports, counts. Used
-// by apps, tests. Source: docs/devices.md. Real time: the pulse thread allocates nothing and waits
-// for nobody; sockets are served by a thread of their own.
+// by apps, tests. Source: docs/devices.md. Real time: the pulse thread does not allocate and,
+// outside lockstep, waits for nobody; sockets have their own thread.
 #pragma once
 
 #include <atomic>
@@ -14,13 +14,14 @@ namespace photocoag {
 struct EyeServerOptions {
   std::string socket;
   bool once = false;      ///< end when the first controller has gone
-  int foreign_core = -1;  ///< the controller's own: no pulse is made there
-  /// s of wall time that a controller in lockstep may take for a period; then the eye follows the
-  /// clock again, and its watchdog does what it does.
+  int foreign_core = -1;  ///< the controller's core, which the pulse thread avoids; -1: none
+  /// s of wall time that a controller in lockstep may take per period; then the eye follows the
+  /// clock again and its watchdog may act.
   double lockstep_patience = 10.0;
 };
 
-/// Serves until `stop`, or as `once` says. Throws Error before the first pulse only.
+/// Serves until `stop`, or with `once` until the first controller has gone. Throws Error only
+/// before the first pulse.
 EyeStatistics serve_eye(const EyeServerOptions& options, PulsedEye& eye, FaultScript& faults,
                         double pulse_period, const std::atomic<bool>& stop);
 

@@ -1,5 +1,5 @@
-// Role: simulation; which fault the eye shows when, by the ids of the fault table. Used by eye.
-// Source: docs/safety.md, docs/devices.md ("Faults"). Knows nothing of the supervisor.
+// Role: simulation; scripted faults of the eye, by the ids of the fault table. Used by eye. Source:
+// docs/safety.md, docs/devices.md ("Faults"). Independent of the supervisor.
 // Real time: active is noexcept, bounded; add may be called by another thread.
 #pragma once
 
@@ -17,9 +17,9 @@ enum class EyeFault : std::uint8_t {
   kNotANumber,  ///< M5: the energy meter says NaN
   kRail,        ///< M6: the converter at its rail
   kSpike,       ///< M7: value is added, K
-  kNoise,       ///< M8: noise times value
+  kNoise,       ///< M8: noise multiplied by value
   kFuture,      ///< M9: time stamps an hour ahead
-  kReadback,    ///< A1: power readback times value
+  kReadback,    ///< A1: power readback multiplied by value
   kStuckOn,     ///< A2: emits value, W, whatever is commanded
   kDeaf,        ///< A3: commands are lost
   kVanish,      ///< A4: the eye ends
@@ -38,7 +38,7 @@ struct ScriptedFault {
 /// wrong; `where` is the file or option it came from.
 ScriptedFault parse_fault(const std::string& text, const std::string& where);
 
-/// Late answers and an eye that ends (T1, A4) are faults in wall time.
+/// True for late answers and an eye that ends (T1, A4), which need wall time.
 bool takes_wall_time(const ScriptedFault& fault) noexcept;
 
 /// Faults can be added while the eye runs.

@@ -90,7 +90,7 @@ void PulsedEye::answer(std::uint64_t number, double energy, PulseRecord& record)
     signal = curve_.value(celsius + spike->value);
   }
   const double amplitude = settings_.codes_per_joule * energy * signal / cold_;
-  // (P6) backwards: what noise of the converter gives that many K.
+  // (P6) solved for the converter noise that gives this noise in K.
   const bool in_kelvin = settings_.noise_kind == PulseNoise::kTemperature;
   const double at = in_kelvin ? celsius : ambient_;
   const double scale = in_kelvin ? energy : kNoiseReferenceEnergy;

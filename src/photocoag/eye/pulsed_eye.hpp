@@ -1,7 +1,6 @@
-// Role: simulation; laser, tissue and transducer, pulse by pulse, with a watchdog of its own. Used
-// by the eye's process, tests. Source: docs/devices.md, "The simulated eye";
-// docs/photoacoustics.md. Units: SI. Real time: fire and settle are noexcept, bounded,
-// allocation-free. Threads: one owner.
+// Role: simulation; laser, tissue and transducer, pulse by pulse, with its own watchdog. Used by
+// the eye's process, tests. Source: docs/devices.md, "The simulated eye"; docs/photoacoustics.md.
+// Units: SI. Real time: fire and settle are noexcept, bounded, allocation-free. Threads: one owner.
 #pragma once
 
 #include <cstdint>
@@ -18,23 +17,24 @@ struct PulsedEyeSettings {
   double pulse_period = 1e-4;  ///< s
   double noise = 0.91;         ///< K per pulse
   PulseNoise noise_kind = PulseNoise::kTemperature;
-  bool dark_is_silent = false;                  ///< in a treatment, 0 W gives no transient
+  bool dark_is_silent = false;                  ///< true: in a treatment, 0 W gives no transient
   double probe_energy = kNoiseReferenceEnergy;  ///< J, of the second laser; its heat is not counted
-  double probe_below = 0.1e-6;                  ///< J: weaker pulses are probed, as those of 0 W
-  double energy_fluctuation = 0.01;             ///< relative, of each pulse
-  double energy_meter = 0.002;                  ///< relative error of the meter
-  double arrival_jitter = 1.5;                  ///< converter samples
-  double power_max = 1.0;                       ///< W; more is refused: 0 W
-  double codes_per_joule = 3000.0 / 2.6e-6;     ///< of cold tissue
+  double probe_below =
+      0.1e-6;  ///< J: weaker pulses, also those of 0 W, are measured with the probe
+  double energy_fluctuation = 0.01;          ///< relative, of each pulse
+  double energy_meter = 0.002;               ///< relative error of the meter
+  double arrival_jitter = 1.5;               ///< converter samples
+  double power_max = 1.0;                    ///< W; a larger command gives 0 W
+  double codes_per_joule = 3000.0 / 2.6e-6;  ///< of cold tissue
   std::uint64_t seed = 1;
 };
 
-/// What the controller's side has said before a pulse.
+/// The controller's orders before a pulse.
 struct EyeOrders {
-  double power = 0.0;        ///< W, of the running control period, if `fresh` since the last
-  bool take = false;         ///< a command is in force for this period
-  std::uint64_t tokens = 0;  ///< counted up with each command that feeds the watchdog
-  std::uint64_t seen = 0;    ///< token of the last command that has arrived
+  double power = 0.0;        ///< W, of the current control period, if `take`
+  bool take = false;         ///< there is a command for this period
+  std::uint64_t tokens = 0;  ///< number of commands that have fed the watchdog
+  std::uint64_t seen = 0;    ///< token of the last command received
   bool safe_off = false;
   int pulses_per_period = 1;
   std::uint64_t begin = UINT64_MAX;  ///< control period of the treatment's cycle 0
@@ -46,26 +46,26 @@ class PulsedEye {
   PulsedEye(std::shared_ptr<const FullOrderModel> model, AbsorptionFactors absorption,
             const GrueneisenCurve& curve, const PulsedEyeSettings& settings, FaultScript& faults);
 
-  /// Pulse `number`: decides the power, answers. Without a new token for two control periods, or
-  /// with the interlock open, 0 W whatever was ordered.
+  /// Fires pulse `number`: decides the power and fills `record`. 0 W without a new token for two
+  /// control periods or with the interlock open.
   void fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders& orders,
             PulseRecord& record) noexcept;
-  /// What the pulse does to the tissue; the truth of the pulse period after it.
+  /// Heats the tissue with the pulse; returns the truth of the pulse period after it.
   PulseTruth settle() noexcept;
 
-  /// Cold tissue: what waiting for long does.
+  /// Resets the tissue to cold.
   void cool() noexcept { tissue_.reset(); }
-  /// A new controller: 0 W, the operator has closed the interlock.
+  /// A new controller: 0 W, interlock closed.
   void attach() noexcept;
-  /// It has gone: 0 W.
+  /// The controller has gone: 0 W.
   void dark() noexcept;
   bool vanished() const noexcept { return vanished_; }
   double late_ms() const noexcept { return late_ms_; }  ///< fault T1, of the last pulse
-  /// K, normalised: what the next pulse will hear.
+  /// K, normalised volume temperature just before the next pulse.
   double volume_before() const noexcept { return tissue_.before().volume; }
   std::size_t states() const noexcept { return tissue_.states(); }
   double power_max() const noexcept { return settings_.power_max; }
-  /// A power that such a laser takes: a number from 0 to its limit.
+  /// True for a power from 0 to the laser's limit, W.
   bool takes(double power) const noexcept {
     constexpr double kRounding = 1e-9;
     return power >= 0.0 && power <= settings_.power_max * (1.0 + kRounding);

@@ -106,7 +106,7 @@ PulsedTissue::PulsedTissue(std::shared_ptr<const FullOrderModel> model, double p
 }
 
 void PulsedTissue::prepare_modes(double pulse_period) {
-  constexpr double kGone = 1e-6;  // of the pulse's own 4 K: some uK
+  constexpr double kGone = 1e-6;  // of the pulse's own 4 K: a few uK
   const VectorXd& radial = model_->radial().rates;
   const VectorXd& axial = model_->axial().rates;
   active_.assign(static_cast<std::size_t>(radial.size()), 0);
@@ -147,7 +147,8 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
   const VectorXd source = model_->axial_source(absorption) * model_->input_gain();
   const MatrixXd by_depth =
       group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
-  // Modes whose heat a group feels, at pulses of 0.1 W; only the bend comes from them.
+  // Modes that contribute to a group's temperature at pulses of 0.1 W; they matter only for the
+  // curvature.
   constexpr double kFelt = 1e-6;          // K
   constexpr double kLargestPulse = 1e-5;  // J
   felt_.assign(active_.size(), 0);
@@ -161,7 +162,7 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
     }
   }
   ring_profile_ = MatrixXd::Zero(axial.size(), kRingsPerPulse);
-  // Per mode in a column of each depth: what is summed lies side by side.
+  // One column per depth: contiguous sums.
   depth_weight_ = by_depth.leftCols(*std::max_element(felt_.begin(), felt_.end())).transpose();
 }
 
@@ -195,7 +196,8 @@ void PulsedTissue::pulse(double energy) noexcept {
 double PulsedTissue::signal() noexcept {
   const double mean = curve_.value(ambient_ + before_.volume);
   if (curve_.linear()) return mean;  // the mean of the curve is the curve of the mean
-  // Two rings per pulse: the bend changes little within three pulses, and the time is bounded.
+  // Two rings per pulse: the curvature term changes little within three pulses, and the time is
+  // bounded.
   ring_profile_.setZero();
   const Index first = next_ring_;
   next_ring_ = (next_ring_ + kRingsPerPulse) % kRings;
@@ -219,7 +221,7 @@ double PulsedTissue::signal() noexcept {
       of_temperature += depth_share_[g] * temperature;
     }
   }
-  // Only the bend comes from the groups; the mean itself is exact.
+  // Only the curvature term comes from the groups; the mean itself is exact.
   return mean + ring_share_.dot(ring_curve_) -
          curve_.value(ambient_ + ring_share_.dot(ring_temperature_));
 }

@@ -1,6 +1,7 @@
-// Role: simulation; the full-order model heated pulse by pulse, and what a pulse hears of it. Used
-// by the simulated eye. Source: docs/photoacoustics.md (P7), (P8); docs/equations.md (E7). Units:
-// SI; rises over ambient. Real time: pulse and signal are noexcept and do not allocate.
+// Role: simulation; the full-order model heated pulse by pulse, and the photoacoustic signal of a
+// pulse. Used by the simulated eye. Source: docs/photoacoustics.md (P7), (P8); docs/equations.md
+// (E7). Units: SI; rises over ambient. Real time: pulse and signal are noexcept and do not
+// allocate.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,9 +15,9 @@
 namespace photocoag {
 
 /// State as in ModalStepper (per mode and per unit of the mode's source). A pulse of energy E adds
-/// E to every mode at once (its heat has no time to flow), the rest of the pulse period lets mode
-/// of rate l decay: s+ = exp(-l h) (s + E), exactly. Modes gone after one period (to 1e-6) have no
-/// state. Needs a separable model.
+/// E to every mode instantly (no conduction during the pulse), then a mode of rate l decays over
+/// the pulse period h: s+ = exp(-l h) (s + E), exactly. Modes that decay to 1e-6 within one period
+/// have no state. Needs a separable model.
 class PulsedTissue {
  public:
   /// Throws Error if layers conduct differently.
@@ -29,7 +30,7 @@ class PulsedTissue {
 
   /// Just before the next pulse. Volume: the normalised mean.
   Outputs before() const noexcept { return before_; }
-  /// Means over the last pulse period: what a laser of constant power would show.
+  /// Means over the last pulse period, as with a laser of constant power.
   Outputs mean() const noexcept { return mean_; }
   /// Right after the last pulse, K.
   double peak_after() const noexcept { return peak_after_; }

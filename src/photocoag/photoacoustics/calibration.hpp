@@ -1,5 +1,6 @@
 // Role: setup; fits a calibration curve to data of tissue at known temperatures. Used by
-// `calibrate`. Source: docs/photoacoustics.md, "Calibration". Units: deg C, J; amplitudes in any.
+// `calibrate`. Source: docs/photoacoustics.md, "Calibration". Units: deg C, J; amplitudes in
+// arbitrary units.
 #pragma once
 
 #include <vector>
@@ -26,17 +27,18 @@ struct CalibrationBin {
 struct Calibration {
   CurveData curve;  ///< relative to 1 in the middle of the data
   int degree = 0;
-  std::vector<double> left_out;  ///< relative error of points left out of the fit, degree 1, 2, …
+  std::vector<double>
+      left_out;  ///< relative cross-validation error (leave-one-out), degree 1, 2, …
   double residual_relative = 0.0;  ///< rms of amplitude / energy against the curve
   double residual = 0.0;           ///< rms, K
   double residual_max = 0.0;       ///< K
   std::vector<CalibrationBin> bins;
 };
 
-/// Least squares in amplitude / energy, relative to the value. degree 0: the smallest of 1 to 3
-/// that predicts points left out of the fit within 2 % as well as the best. Throws Error if there
-/// are fewer than 8 points or less than 5 K between them, a point is not usable, or the fitted
-/// curve does not rise.
+/// Least squares in amplitude / energy, relative to the value. `degree` 0: the smallest of 1 to 3
+/// whose leave-one-out error is within 2 % of the best. Throws Error if there are fewer than 8
+/// points or less than 5 K between them, a point is not finite and positive, or the fitted curve
+/// does not rise.
 Calibration fit_calibration(const std::vector<CalibrationPoint>& points, int degree);
 
 }  // namespace photocoag

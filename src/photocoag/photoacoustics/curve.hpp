@@ -1,8 +1,7 @@
 // Role: setup and online; the Grueneisen parameter of the absorbing tissue over its absolute
-// temperature: what turns amplitudes into temperatures. Data, not code. Used by photoacoustics, rt,
-// eye, run. Source: docs/photoacoustics.md (P5). Units: deg C; the Grueneisen parameter in any
-// unit, since only ratios count. Real time: value and temperature are noexcept, bounded,
-// allocation-free.
+// temperature, which converts amplitudes into temperatures. Used by photoacoustics, rt, eye, run.
+// Source: docs/photoacoustics.md (P5). Units: deg C; the Grueneisen parameter in any unit, since
+// only ratios count. Real time: value and temperature are noexcept, bounded, allocation-free.
 #pragma once
 
 #include <array>
@@ -14,11 +13,11 @@ namespace photocoag {
 
 /// A curve as a user writes it down: a polynomial or a table, never both.
 struct CurveData {
-  std::string source;                ///< where it comes from, in words
+  std::string source;                ///< origin of the data, free text
   std::vector<double> coefficients;  ///< c_0 + c_1 T + …; at most degree 5
   std::vector<double> temperatures;  ///< deg C, ascending; of a table, linear between its points
   std::vector<double> values;        ///< one per temperature
-  double valid_from_celsius = 1.0;   ///< no temperature is given out below or above these
+  double valid_from_celsius = 1.0;   ///< temperatures outside this range are not reported
   double valid_to_celsius = 100.0;
   bool operator==(const CurveData&) const = default;
 };
@@ -35,7 +34,7 @@ class GrueneisenCurve {
   double low() const noexcept { return low_; }    ///< deg C
   double high() const noexcept { return high_; }  ///< deg C
   bool linear() const noexcept { return points_ == 0 && degree_ == 1; }
-  /// At `celsius`, also outside the valid range.
+  /// At `celsius`, extrapolated outside the valid range.
   double value(double celsius) const noexcept;
   double slope(double celsius) const noexcept;  ///< per K
   /// The temperature at which the curve has this value, deg C; NaN outside the valid range.

@@ -47,7 +47,7 @@ Match MatchedFilter::match(const PressureTransient& transient) const noexcept {
   match.lag = static_cast<double>(best) - kMaxLag + shift;
   // (P3) the search for the largest value adds variance / (2 A) on average.
   match.amplitude = top > 0.0 ? top - 0.5 * variance / top : top;
-  // What the template does not explain must be noise, or small: another echo is no arrival.
+  // The residual must be noise, or small: another echo is no arrival.
   double total = 0.0;
   double window_sum = 0.0;
   for (std::size_t i = 0; i < kCount; ++i) {

@@ -1,5 +1,5 @@
-// Role: online; the amplitude of a transient by comparison with a template, wherever it arrives
-// within some samples. Used by the thermometer. Source: docs/photoacoustics.md (P1) to (P3).
+// Role: online; the amplitude of a transient by correlation with a template, within a range of
+// arrival times. Used by the thermometer. Source: docs/photoacoustics.md (P1) to (P3).
 // Real time: match is noexcept, bounded, allocation-free.
 #pragma once
 
@@ -22,8 +22,8 @@ class MatchedFilter {
   static constexpr int kMaxLag = 8;          ///< samples, either way
   static constexpr std::size_t kQuiet = 24;  ///< first samples, before any arrival
 
-  /// The template must have zeros or noise in its first kQuiet samples and fit in with kMaxLag
-  /// samples to spare at both ends. Its energy must not be 0: see usable().
+  /// The template must have zeros or noise in its first kQuiet samples and leave kMaxLag samples
+  /// free at both ends. Its energy must not be 0: see usable().
   explicit MatchedFilter(const Template& shape) noexcept;
   bool usable() const noexcept { return energy_ > 0.0; }
   Match match(const PressureTransient& transient) const noexcept;
@@ -31,7 +31,7 @@ class MatchedFilter {
  private:
   static constexpr std::size_t kFirst = kMaxLag;
   static constexpr std::size_t kCount = kTransientSamples - 2 * kMaxLag;
-  std::array<double, kCount> shape_{};  // without its mean: an offset of the converter drops out
+  std::array<double, kCount> shape_{};  // mean removed: an offset of the converter cancels
   double energy_ = 0.0;                 // sum of squares
 };
 

@@ -1,4 +1,5 @@
-// Role: setup; what a user may choose of the photoacoustic measurement. Used by the configuration.
+// Role: setup; the user's settings of the photoacoustic measurement. Used by the configuration,
+// eye.
 // Source: docs/photoacoustics.md. Units: SI.
 #pragma once
 
@@ -12,17 +13,17 @@ enum class Sampling {
 };
 
 enum class PulseNoise {
-  kTemperature,  ///< the same in K at every energy and temperature
-  kVoltage,      ///< the same in volts: plant.noise_K holds at 2.6 uJ in cold tissue
+  kTemperature,  ///< constant in K at every energy and temperature
+  kVoltage,      ///< constant in volts: plant.noise_K holds at 2.6 uJ in cold tissue
 };
 
 enum class EyePacing {
-  kAuto,      ///< the wall clock where eye and controller keep it, else lockstep
+  kAuto,      ///< the wall clock if eye and controller can keep up, else lockstep
   kWall,      ///< the wall clock
-  kLockstep,  ///< a pulse when the controller has answered: real time is not measured
+  kLockstep,  ///< the next pulse waits for the controller: real time is not measured
 };
 
-inline constexpr double kNoiseReferenceEnergy = 2.6e-6;  ///< J, of PulseNoise::kVoltage
+inline constexpr double kNoiseReferenceEnergy = 2.6e-6;  ///< J, reference of PulseNoise::kVoltage
 
 struct PhotoacousticSettings {
   Sampling sampling = Sampling::kInstant;
@@ -31,7 +32,7 @@ struct PhotoacousticSettings {
   int baseline_pulses = 2000;   ///< of cold tissue before a treatment; 16 to 100,000
   std::string eye_calibration;  ///< the simulated eye's true curve; empty: the same
   PulseNoise eye_noise = PulseNoise::kTemperature;
-  EyePacing eye_pacing = EyePacing::kAuto;  ///< of the simulated eye; no driver looks at it
+  EyePacing eye_pacing = EyePacing::kAuto;  ///< of the simulated eye; drivers ignore it
   bool operator==(const PhotoacousticSettings&) const = default;
 };
 

@@ -52,7 +52,7 @@ Baseline measure_baseline(std::span<const PulseReading> pulses,
                           const ThermometerSettings& settings) {
   const auto refuse = [](std::string found) {
     throw Error(ErrorParts{.where = "photoacoustic baseline",
-                           .problem = "the cold tissue does not answer as it should",
+                           .problem = "the baseline of the cold tissue is not usable",
                            .found = std::move(found),
                            .accepted = "at least 8 good pulses, and half of all"});
   };

@@ -1,7 +1,7 @@
-// Role: online; pulses into temperatures: amplitude, energy, baseline, curve, average. Used by rt,
-// eye's calibration, tests. Source: docs/photoacoustics.md (P1) to (P6). Units: SI; rises over
-// ambient. Real time: PulseThermometer is noexcept, bounded, allocation-free; measure_baseline is
-// setup. Threads: one owner.
+// Role: online; converts pulses to temperatures: amplitude, energy, baseline, curve, average. Used
+// by rt, run. Source: docs/photoacoustics.md (P1) to (P6). Units: SI; rises over ambient. Real
+// time: PulseThermometer is noexcept, bounded, allocation-free; measure_baseline is setup. Threads:
+// one owner.
 #pragma once
 
 #include <span>
@@ -18,7 +18,7 @@ struct ThermometerSettings {
   double energy_max = 100e-6;     ///< J
 };
 
-/// What cold tissue answers.
+/// Response of cold tissue.
 struct Baseline {
   MatchedFilter::Template shape{};  ///< mean transient, aligned
   double per_energy = 0.0;          ///< q_0: mean amplitude / energy, 1/J
@@ -38,9 +38,9 @@ struct PulseResult {
 };
 
 struct ThermometerSample {
-  double volume_temperature = 0.0;   ///< K, normalised mean; NaN if not to be used
-  int pulses = 0;                    ///< that were used
-  int saturated = 0;                 ///< that were not, for that reason
+  double volume_temperature = 0.0;   ///< K, normalised mean; NaN if not usable
+  int pulses = 0;                    ///< number used
+  int saturated = 0;                 ///< number rejected as saturated
   std::uint32_t flags = kPulseGood;  ///< all flags of all pulses, and those of the sample
 };
 
@@ -50,7 +50,7 @@ class PulseThermometer {
   PulseThermometer(const Baseline& baseline, const GrueneisenCurve& curve,
                    const ThermometerSettings& settings);
 
-  /// One pulse of the running control sample.
+  /// One pulse of the current control sample.
   PulseResult add(const PulseReading& pulse) noexcept;
   /// The mean over the good pulses since the last call; starts the next sample.
   ThermometerSample finish() noexcept;

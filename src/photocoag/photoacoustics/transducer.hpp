@@ -1,5 +1,5 @@
 // Role: simulation; a pressure transducer with its converter: transients of given amplitude,
-// arrival time and noise. Used by eye, tests. Source: docs/photoacoustics.md, "The simulated
+// arrival time and noise. Used by eye, run. Source: docs/photoacoustics.md, "The simulated
 // transducer". Real time: write is noexcept, allocation-free after construction.
 #pragma once
 
@@ -22,8 +22,8 @@ class Transducer {
  public:
   explicit Transducer(const TransducerSettings& settings = {});
 
-  /// `amplitude` and `noise` (standard deviation per sample) in codes, `delay` in samples, beyond
-  /// the usual arrival. Noise is drawn from (seed, pulse) alone. Codes are clipped at the rails.
+  /// `amplitude` and `noise` (standard deviation per sample) in codes, `delay` in samples, after
+  /// the nominal arrival. Noise is drawn from (seed, pulse) alone. Codes are clipped at the rails.
   void write(double amplitude, double delay, double noise, std::uint64_t seed, std::uint64_t pulse,
              PressureTransient& transient) const noexcept;
 

@@ -16,13 +16,13 @@ struct PressureTransient {
   bool operator==(const PressureTransient&) const = default;
 };
 
-/// One pulse: its transient and the energy that a meter beside the laser has read.
+/// One pulse: its transient and the energy read by the laser's meter.
 struct PulseReading {
   PressureTransient transient;
   double energy = 0.0;  ///< J
 };
 
-/// What is wrong with a pulse or with a sample made of pulses; bits.
+/// Defects of a pulse or of a sample made of pulses; bits.
 enum PulseFlag : std::uint32_t {
   kPulseGood = 0,
   kPulseSaturated = 1U << 0U,

@@ -1,4 +1,5 @@
-// Role: online; absolute deadlines on the monotonic clock. Used by ClockPace.
+// Role: online; absolute deadlines on the monotonic clock. Used by rt, eye, log, run,
+// realtime_check, console.
 // Real time: no allocation, no lock; wait_until blocks until the deadline by design.
 #pragma once
 

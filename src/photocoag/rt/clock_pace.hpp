@@ -1,4 +1,4 @@
-// Role: online; paces the loop by the monotonic clock with absolute deadlines. Used by `treat`.
+// Role: online; paces the loop by the monotonic clock with absolute deadlines. Used by run.
 // Real time: no allocation; sleeps by design.
 #pragma once
 

@@ -1,7 +1,7 @@
-// Role: offline; does a vendor's driver keep the promises of device/driver.h? Used by
-// `photocoag driver-check`. Source: docs/devices.md ("A driver of your own"). Each promise is
-// tried in a process of its own with a deadline: a driver that hangs or crashes fails that line.
-// Verdicts do not depend on how promptly this process is woken. Units: SI. Real time: none.
+// Role: offline; tests whether a vendor's driver keeps the promises of device/driver.h. Used by
+// `photocoag driver-check`. Source: docs/devices.md ("A driver of your own"). Each promise is tried
+// in a process of its own with a deadline: a driver that hangs or crashes fails only that promise.
+// Verdicts do not depend on scheduling latency. Units: SI. Real time: none.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace photocoag {
 struct DriverCheckSettings {
   std::string library;
   std::string settings;        ///< of the driver
-  std::string failing;         ///< settings with which open must fail; empty: not tried
+  std::string failing;         ///< driver settings with which open must fail; empty: not tried
   double period = 1e-3;        ///< s
-  double power = 1e-3;         ///< W, that is commanded where light is needed
+  double power = 1e-3;         ///< W, commanded where a promise needs light
   double patience = 20.0;      ///< s for each promise
-  bool light_allowed = false;  ///< of a driver that is not simulated
+  bool light_allowed = false;  ///< required unless the driver is simulated
   std::string only;            ///< one promise; empty: all
 };
 

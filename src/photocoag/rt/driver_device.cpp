@@ -70,10 +70,10 @@ DriverDevice::DriverDevice(const std::string& library, const std::string& settin
                                            static_cast<std::uint32_t>(message.size() - 1));
   if (opened != PHOTOCOAG_GOOD || device_ == nullptr) {
     device_ = nullptr;
-    refuse("the device cannot be opened", message.data(), "a device that is there");
+    refuse("the device cannot be opened", message.data(), "a device that is present");
   }
   if (table_->arm(device_, period_ns_) != PHOTOCOAG_GOOD) {
-    refuse("the device does not take the control period", fmt::format("{} ns", period_ns_),
+    refuse("the device does not support the control period", fmt::format("{} ns", period_ns_),
            "one it can keep");
   }
 }
@@ -109,7 +109,7 @@ DeviceSample DriverDevice::wait_sample(std::uint64_t) noexcept {
   sample.time_ns = answer.time_ns;
   sample.now_ns = monotonic_ns();
   if (sample.status == DeviceStatus::kGood) sample_ = answer.sequence;
-  // A sample more than a period old is history: there is a newer one to fetch before any write.
+  // A sample more than a period old is outdated: there is a newer one to fetch before any write.
   if (sample.status == DeviceStatus::kGood && sample.now_ns - sample.time_ns >= period_ns_) {
     const std::int64_t behind = (sample.now_ns - sample.time_ns) / period_ns_;
     sample.periods_behind = static_cast<std::uint32_t>(behind < 1'000'000 ? behind : 1'000'000);

@@ -1,6 +1,6 @@
 // Role: online; a vendor's driver (device/driver.h) as a Device. Used by run, tests.
 // Source: docs/devices.md. Real time: the calls of the loop are noexcept and add no allocation;
-// the constructor allocates and throws. No call changes the thread's floating-point environment,
+// the constructor allocates and throws. Calls restore the thread's floating-point environment,
 // whatever the library does. Threads: one owner.
 #pragma once
 
@@ -26,10 +26,10 @@ class DriverDevice {
   std::string name() const { return table_->name; }
   bool simulated() const noexcept { return table_->simulated == 1; }
 
-  /// After a self-test: from now on cycles, samples and tokens are counted anew.
+  /// After a self-test: restarts the counts of cycles, samples and tokens.
   void begin() noexcept;
 
-  /// At most one and a half periods. Every answer that is no known status counts as gone.
+  /// Waits at most one and a half periods. An unknown status counts as gone.
   DeviceSample wait_sample(std::uint64_t cycle) noexcept;
   Readback readback() noexcept;
   DeviceStatus write_power(double power, std::uint64_t token) noexcept;

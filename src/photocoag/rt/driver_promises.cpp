@@ -256,7 +256,7 @@ void times(const DriverCheckSettings& s) {
     timed(all[1], [&] { device.readback(); });
     timed(all[2], [&] { device.heartbeat(static_cast<std::uint64_t>(k)); });
   }
-  // The quickest quarter: what the machine does to a call is not the driver's.
+  // The fastest quarter: delays by the machine are not the driver's.
   for (std::size_t c = 0; c < all.size(); ++c) {
     std::sort(all[c].begin(), all[c].end());
     const std::int64_t quick = all[c][all[c].size() / 4];

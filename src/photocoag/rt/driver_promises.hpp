@@ -27,11 +27,11 @@ struct Promise {
   std::function<void(const DriverCheckSettings&)> keep;
 };
 
-/// The first one is that there is a table of functions at all, the second that open works.
+/// The first promise is that there is a table of functions, the second that open works.
 const std::vector<Promise>& driver_promises();
 
-/// From now on allocations that this library asks for itself are counted. Throws NotTried where
-/// that is not known how. `library`: of dlopen.
+/// Starts counting the library's own allocations. Throws NotTried where that is not supported.
+/// `library`: handle from dlopen.
 void count_allocations(void* library);
 long counted_allocations() noexcept;
 

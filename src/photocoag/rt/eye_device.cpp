@@ -46,7 +46,7 @@ EyeDevice::~EyeDevice() {
 void EyeDevice::follow_in_lockstep() {
   if (!link_.lockstep()) {
     throw Error(ErrorParts{.where = "eye " + settings_.socket,
-                           .problem = "it does not go in lockstep",
+                           .problem = "it does not run in lockstep",
                            .accepted = "an eye that answers"});
   }
   lockstep_ = true;
@@ -56,7 +56,7 @@ std::int64_t EyeDevice::due_ns(std::uint64_t pulse) const noexcept {
   return link_.welcome().start_ns + static_cast<std::int64_t>(pulse) * pulse_ns_;
 }
 
-// The eye makes what it is granted. It gets little at a time: a socket holds some hundred messages.
+// The eye fires what it is granted. Grants are small: a socket holds about a hundred messages.
 bool EyeDevice::wait_for_granted(std::uint64_t pulses) noexcept {
   constexpr std::uint64_t kAhead = 32;
   constexpr std::int64_t kLook = 20'000;  // ns
@@ -80,7 +80,7 @@ bool EyeDevice::wait_for_granted(std::uint64_t pulses) noexcept {
 bool EyeDevice::wait_for(std::uint64_t pulses, std::int64_t patience_ns) noexcept {
   if (lockstep_) return wait_for_granted(pulses);
   constexpr std::int64_t kLook = 3'000;  // ns
-  // Nothing is waited for that is more than some periods ahead, whatever the eye says.
+  // Never waits for more than a few periods ahead, whatever the eye reports.
   const std::int64_t ahead = 4 * static_cast<std::int64_t>(per_period_) * pulse_ns_;
   const std::int64_t due = std::min(due_ns(pulses - 1), monotonic_ns() + ahead);
   const std::int64_t deadline = due + patience_ns;
@@ -90,7 +90,7 @@ bool EyeDevice::wait_for(std::uint64_t pulses, std::int64_t patience_ns) noexcep
     if (link_.pulses() >= pulses) return true;
     const std::int64_t now = monotonic_ns();
     if (!there || now >= deadline) return false;
-    // Close to the pulse look often; one that is long overdue needs no haste.
+    // Poll often near the due time, less often once the pulse is long overdue.
     wait_until(now + (now - due < 10 * pulse_ns_ ? kLook : 20 * kLook));
   }
 }
@@ -108,7 +108,7 @@ Baseline EyeDevice::prepare(const GrueneisenCurve& curve, const ThermometerSetti
     PulseRecord pulse;
     if (!wait_for(next + 1, kPatience) || !link_.record(next, pulse)) {
       throw Error(ErrorParts{.where = "eye " + settings_.socket,
-                             .problem = "it does not pulse",
+                             .problem = "it makes no pulses",
                              .accepted = "a pulse in each pulse period"});
     }
     const bool behind = link_.pulses() > next + 1 + per_period_;
@@ -194,8 +194,8 @@ const std::vector<PeriodTruth>& EyeDevice::finish_truth() noexcept {
   return truth_;
 }
 
-// An answer that comes too late for the power of its period is history, whether the next one is
-// there already or not: a power that misses many pulses would not be the one that was decided.
+// An answer that comes too late for its period's power is outdated, even if the next one is not
+// there yet: a power that misses many pulses would differ from the decided one.
 std::uint64_t EyeDevice::periods_too_late(std::int64_t age_ns) const noexcept {
   const auto period_ns = static_cast<std::int64_t>(per_period_) * pulse_ns_;
   const std::int64_t missed_pulses = per_period_ > 1 ? period_ns / 5 : 0;
@@ -234,7 +234,7 @@ DeviceSample EyeDevice::wait_sample(std::uint64_t) noexcept {
   if (sample.periods_behind == 0) {
     sample.volume_temperature = last_.volume_temperature;
     sample.saturated = 2 * last_.saturated > static_cast<int>(per_period_);
-    // There was a sample, at the rail: not the same as none.
+    // A sample at the rail is not a missing one.
     if (sample.saturated) sample.volume_temperature = hottest_;
   }
   return sample;

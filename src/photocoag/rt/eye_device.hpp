@@ -1,4 +1,4 @@
-// Role: online; the simulated eye of another process as a Device: pulses in, one control sample per
+// Role: online; a simulated eye in another process as a Device: pulses in, one control sample per
 // period out. Used by run, tests. Source: docs/devices.md, docs/photoacoustics.md. Units: SI.
 // Real time: the calls of the loop are noexcept, bounded and allocation-free; wait_sample blocks by
 // design. Threads: one owner.
@@ -21,38 +21,38 @@ struct EyeLinkSettings {
   EyeTransport transport = EyeTransport::kSharedMemory;
   double period = 1e-3;   ///< s, control
   int delay = 0;          ///< periods from a sample to the power computed from it
-  double patience = 1.5;  ///< control periods that a sample may be late before it is missing
-  /// s of wall time that an eye in lockstep may need for a period before its sample is missing
+  double patience = 1.5;  ///< control periods a sample may be late before it counts as missing
+  /// s of wall time that an eye in lockstep may take per period before its sample counts as missing
   double lockstep_patience = 10.0;
 };
 
 /// The truth of one control period, for evaluation only.
 struct PeriodTruth {
   Outputs outputs;          ///< K, means over the last pulse period
-  double peak_pulse = 0.0;  ///< K, highest instant after a pulse
+  double peak_pulse = 0.0;  ///< K, highest value right after a pulse
 };
 
 class EyeDevice {
  public:
   /// Connects. Throws Error if there is no eye, it has another controller, or the control period is
-  /// no whole number of its pulse periods.
+  /// not a multiple of its pulse period.
   explicit EyeDevice(const EyeLinkSettings& settings);
   ~EyeDevice();
   EyeDevice(const EyeDevice&) = delete;
   EyeDevice& operator=(const EyeDevice&) = delete;
 
   int pulses_per_period() const noexcept { return static_cast<int>(per_period_); }
-  /// What the eye has said of itself.
+  /// The eye's handshake data.
   const EyeWelcome& welcome() const noexcept { return link_.welcome(); }
-  /// From now on the eye makes a period's pulses when its sample is waited for, however long the
-  /// controller took; time stamps are of the eye's virtual clock. Before prepare or between two
-  /// treatments. Throws Error if the eye does not agree.
+  /// Switches to lockstep: the eye fires a period's pulses when its sample is waited for, however
+  /// long the controller took; time stamps are those of the eye's virtual clock. Call before
+  /// prepare or between treatments. Throws Error if the eye refuses.
   void follow_in_lockstep();
   bool in_lockstep() const noexcept { return lockstep_; }
-  /// Collects pulses of the cold eye at 0 W and makes the thermometer. Throws Error. Allocates.
+  /// Collects pulses of the cold eye at 0 W and sets up the thermometer. Throws Error. Allocates.
   Baseline prepare(const GrueneisenCurve& curve, const ThermometerSettings& settings, int pulses);
-  /// The next control period is cycle 0. Blocks until the one before it ends. Allocates: the truth
-  /// of `cycles` periods is kept; with 0 it is a self-test, no treatment.
+  /// The next control period is cycle 0. Blocks until the one before it ends. Allocates room for
+  /// the truth of `cycles` periods; 0: a self-test, no treatment.
   void begin(std::size_t cycles);
 
   DeviceSample wait_sample(std::uint64_t cycle) noexcept;
@@ -61,12 +61,12 @@ class EyeDevice {
   void heartbeat(std::uint64_t) noexcept {}
   void safe_off() noexcept;
 
-  /// Of the sample fetched last: what the thermometer says about its pulses.
+  /// The thermometer's result for the sample fetched last.
   const ThermometerSample& last_sample() const noexcept { return last_; }
   /// After the loop: one entry per finished period.
   const std::vector<PeriodTruth>& finish_truth() noexcept;
   std::uint64_t late_pulses() const noexcept { return late_; }
-  /// Share of the baseline's pulses that eye or controller were late for.
+  /// Fraction of the baseline's pulses for which eye or controller was late.
   double late_in_baseline() const noexcept { return late_in_baseline_; }
 
  private:

@@ -56,7 +56,7 @@ std::int64_t ask_pulse_period(int socket) {
   return period;
 }
 
-// What a strange server says must not be waited for, nor overflow a time stamp.
+// Times from an untrusted server must neither be waited for nor overflow.
 bool believable(const EyeWelcome& welcome, const EyeSharedMemory& memory) noexcept {
   constexpr double kSoon = 10e9;  // ns
   constexpr double kLong = 4e18;  // ns
@@ -102,16 +102,16 @@ EyeLink::EyeLink(const std::string& socket, EyeTransport transport, std::int64_t
   }
   if (!shared) own_ = make_private<EyeSharedMemory>();
   if (shared && !(same_version(seen_) && same_version(orders_))) {
-    refuse(socket, "it hands over no memory of an eye", "sealed memory of the same version");
+    refuse(socket, "it shares no memory of an eye", "sealed memory of the same version");
   }
   memory_ = shared ? seen_.get() : own_.get();
   if (!believable(welcome_, *memory_)) {
-    refuse(socket, "its clock is not believable", "an eye on this machine's monotonic clock");
+    refuse(socket, "its clock is not plausible", "an eye on this machine's monotonic clock");
   }
   socket_ = connection.release();
 }
 
-EyeLink::~EyeLink() { close(socket_); }  // the eye goes dark at the latest now
+EyeLink::~EyeLink() { close(socket_); }  // the eye goes dark now at the latest
 
 bool EyeLink::pump() noexcept {
   alignas(8) std::array<std::byte, sizeof(PulseRecord)> message;

@@ -1,6 +1,7 @@
 // Role: online; the controller's end of the connection to an eye in another process: handshake,
-// pulses in, commands out, by either transport. Used by EyeDevice, apps. Source: docs/devices.md,
-// "Transports". Units: SI. Real time: what is noexcept is bounded and allocation-free.
+// pulses in, commands out, by either transport. Used by EyeDevice, run, session, apps. Source:
+// docs/devices.md, "Transports". Units: SI. Real time: what is noexcept is bounded and
+// allocation-free.
 // Threads: one owner.
 #pragma once
 
@@ -25,22 +26,21 @@ class EyeLink {
   std::uint64_t pulses_per_period() const noexcept { return per_period_; }
   std::uint64_t pulses() const noexcept { return memory_->pulses.load(std::memory_order_acquire); }
   std::uint64_t truths() const noexcept { return memory_->truths.load(std::memory_order_acquire); }
-  /// Pulse `number`; false if it is not there yet, or not any more.
+  /// Copies pulse `number`; false if it has not been fired yet or was overwritten.
   bool record(std::uint64_t number, PulseRecord& out) const noexcept;
   const PulseTruth& truth(std::uint64_t number) const noexcept {
     return memory_->truth[number % kEyeRing];
   }
 
-  /// Takes in what has come through the socket: in shared memory nothing but its end. False: the
-  /// eye is gone.
+  /// Processes what has come through the socket; with shared memory only its end matters. False:
+  /// the eye is gone.
   bool pump() noexcept;
   bool gone() const noexcept { return gone_; }
-  /// False if the eye cannot be told.
+  /// False if the command could not be delivered.
   bool command(std::uint64_t period, double power, std::uint64_t token) noexcept;
   void safe_off() noexcept;
   void begin(std::uint64_t period) noexcept;
-  /// Blocks until the eye has answered that it is in lockstep, at most for some seconds. False: it
-  /// has not.
+  /// Blocks until the eye confirms lockstep, at most for some seconds. False: it did not.
   bool lockstep() noexcept;
   void grant(std::uint64_t pulses) noexcept;
 

@@ -1,6 +1,6 @@
-// Role: simulation and online; what a simulated eye of another process and its controller exchange,
-// through shared memory or a Unix socket. Used by eye, rt. Source: docs/devices.md, "The eye's
-// transports". Units: SI. Real time: lock-free; a process that dies leaves nothing locked.
+// Role: simulation and online; protocol between a simulated eye in another process and its
+// controller, over shared memory or a Unix socket. Used by eye, rt, run. Source: docs/devices.md,
+// "Transports". Units: SI. Real time: lock-free; a process that dies leaves nothing locked.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace photocoag {
 
 inline constexpr std::uint32_t kEyeMagic = 0x45594532;  // "EYE2"
-inline constexpr std::size_t kEyeRing = 2048;           // pulses that the eye remembers
+inline constexpr std::size_t kEyeRing = 2048;           // pulses kept
 
 enum class EyeTransport : std::uint32_t { kSharedMemory, kSocket };
 
@@ -27,12 +27,12 @@ enum EyeFlag : std::uint32_t {
   kEyeRefused = 1U << 5U      ///< the command in force was beyond the laser's limit: 0 W
 };
 
-/// The eye's answer to one pulse. Nothing in it that a real device could not know.
+/// The eye's answer to one pulse: only what a real device could know.
 struct PulseRecord {
   std::uint64_t number = 0;      ///< 0, 1, … since the eye started
   std::int64_t time_ns = 0;      ///< when it was due, CLOCK_MONOTONIC
   std::int64_t answered_ns = 0;  ///< when this was published
-  std::uint64_t tokens = 0;      ///< of the controller, seen so far
+  std::uint64_t tokens = 0;      ///< commands of the controller received so far
   double power_readback = 0.0;   ///< W (commanded scale), mean over the pulse period
   double period_power = 0.0;     ///< W, the command in force
   std::uint32_t flags = 0;       ///< EyeFlag
@@ -40,7 +40,7 @@ struct PulseRecord {
   PulseReading reading;
 };
 
-/// For evaluation only: never part of what a controller may use.
+/// For evaluation only, never for the controller.
 struct PulseTruth {
   std::uint64_t number = 0;
   double peak_mean = 0.0;    ///< K, over the pulse period after the pulse
@@ -64,20 +64,20 @@ struct EyeSharedMemory {
   std::array<PulseTruth, kEyeRing> truth;
 };
 
-/// What the attached controller writes with the shared-memory transport: its own, a new one for
-/// each controller, of a size that nobody can change.
+/// Written by the attached controller with the shared-memory transport: a new one for each
+/// controller, its size sealed.
 struct EyeOrderMemory {
   std::uint32_t magic;
   std::uint32_t size;
   /// Slot (period % 4): the power of that period and of those after it.
   struct Command {
     std::atomic<double> power;
-    std::atomic<std::uint64_t> token;   ///< 1, 2, …: a new one with each command
+    std::atomic<std::uint64_t> token;   ///< 1, 2, …: incremented with each command
     std::atomic<std::uint64_t> period;  ///< + 1; 0: none
   };
   std::array<Command, 4> commands;
   std::atomic<std::uint32_t> safe_off;
-  std::atomic<std::uint64_t> granted;  ///< pulses that the eye may make, in lockstep
+  std::atomic<std::uint64_t> granted;  ///< pulses that the eye may fire, in lockstep
 };
 static_assert(std::atomic<double>::is_always_lock_free);
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
@@ -88,10 +88,10 @@ enum class EyeMessageKind : std::uint32_t {
   kHello = 1,
   kCommand,  ///< `power` from `period` on
   kSafeOff,  ///< 0 W, interlock open
-  kBegin,    ///< the treatment's cycle 0 is `period`; what the eye counts faults from
+  kBegin,    ///< the treatment's cycle 0 is `period`; scripted faults count from there
   kWelcome,
-  kLockstep,  ///< from now on pulses on grant only; answered by EyeLockstep
-  kGrant      ///< pulses up to `period` (not included) may be made
+  kLockstep,  ///< from now on pulses only when granted; answered by EyeLockstep
+  kGrant      ///< pulses before number `period` may be fired
 };
 
 struct EyeHello {
@@ -104,7 +104,7 @@ inline constexpr std::uint32_t kMostPulsesPerPeriod = 1000;
 
 enum EyeAbility : std::uint32_t {
   kEyeHasPriority = 1U << 0U,  ///< SCHED_FIFO
-  kEyeNeedsWall = 1U << 1U     ///< its faults take wall time
+  kEyeNeedsWall = 1U << 1U     ///< its scripted faults need wall time
 };
 
 /// With the shared-memory transport two descriptors come along: EyeSharedMemory, EyeOrderMemory.
@@ -125,7 +125,7 @@ struct EyeCommand {
   double power = 0.0;
   std::uint64_t token = 0;
 };
-/// The eye is in lockstep; `pulses` have been made.
+/// The eye is in lockstep and has fired `pulses` pulses.
 struct EyeLockstep {
   EyeMessageKind kind = EyeMessageKind::kLockstep;
   std::uint32_t reserved = 0;

@@ -74,7 +74,7 @@ bool is_served(const Address& address) noexcept {
   return served;
 }
 
-/// One at a time in this folder looks whether a socket is served and replaces it.
+/// Lets one process at a time in this folder check whether a socket is served and replace it.
 class FolderLock {
  public:
   explicit FolderLock(const std::string& path) {
@@ -121,14 +121,15 @@ int connect_to(const std::string& path, int timeout_ms) {
   if (reason == 0 && is_abstract(path) && user_behind(socket) != geteuid()) reason = EPERM;
   if (reason != 0) {
     if (socket >= 0) close(socket);
-    refuse(path, reason == EAGAIN ? "the eye takes no connection" : "no eye answers there", reason);
+    refuse(path, reason == EAGAIN ? "the eye accepts no connection" : "no eye answers there",
+           reason);
   }
   return socket;
 }
 
 Listener::Listener(const std::string& path) : path_(path) {
   const bool abstract = is_abstract(path);
-  // Under another name until it listens: who sees the path may connect.
+  // Under another name until it listens: whoever sees the path may connect.
   const std::string part = abstract ? path : fmt::format("{}~{}", path, getpid());
   const Address address = address_of(part);
   socket_ = new_socket(SOCK_NONBLOCK);

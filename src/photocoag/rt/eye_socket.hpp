@@ -18,10 +18,10 @@ inline constexpr long kMessageTooLong = -2;
 /// server of an abstract name is another user's.
 int connect_to(const std::string& path, int timeout_ms = 5000);
 
-/// A socket that listens; of its file's owner alone (0600), whatever the umask.
+/// A listening socket whose file has mode 0600, whatever the umask.
 class Listener {
  public:
-  /// Replaces only a socket that nobody serves. Throws Error.
+  /// Replaces a socket file only if nobody serves it. Throws Error.
   explicit Listener(const std::string& path);
   /// Removes the file if it is still its own.
   ~Listener();
@@ -38,12 +38,12 @@ class Listener {
   ino_t file_ = 0;
 };
 
-/// One message with descriptors, at most two. False if it did not go out.
+/// Sends one message with at most two descriptors. False if it was not sent.
 bool send_message(int socket, const void* data, std::size_t size,
                   std::span<const int> descriptors = {}) noexcept;
 /// One message, at most `size` bytes, within `timeout_ms`: its size; 0: closed; kNoMessage;
-/// kMessageTooLong: thrown away. `descriptors`: what came along, -1 for the rest; what has no room
-/// there is closed.
+/// kMessageTooLong: discarded. `descriptors`: those received, -1 for the rest; any that do not fit
+/// are closed.
 long receive_message(int socket, void* data, std::size_t size, int timeout_ms,
                      std::span<int> descriptors = {}) noexcept;
 

@@ -1,5 +1,5 @@
-// Role: online; the floating-point environment of the calling thread, kept over calls of foreign
-// code: rounding, traps, flushing of denormals. Used by DriverDevice, last_resort.
+// Role: online; preserves the calling thread's floating-point environment across foreign code:
+// rounding, traps, flushing of denormals. Used by DriverDevice, last_resort.
 // Source: docs/devices.md. Real time: two instructions each way, no allocation.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace photocoag {
 
-/// Puts back at its end what it found at its start, exception flags included.
+/// Restores the environment found at construction, exception flags included.
 class KeptFloatingPoint {
  public:
   KeptFloatingPoint() noexcept { std::fegetenv(&found_); }

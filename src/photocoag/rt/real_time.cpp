@@ -10,7 +10,7 @@
 namespace photocoag {
 namespace {
 
-// Where memory is not locked the first deep call would meet pages that were never touched.
+// Without locked memory the first deep call would fault in untouched pages.
 void touch_stack() noexcept {
   constexpr std::size_t kDepth = 256 * 1024;  // the loop uses some 10 KiB
   constexpr std::size_t kPage = 4096;

@@ -1,5 +1,5 @@
-// Role: setup; memory that processes share by descriptor and whose size nobody can change any more.
-// Used by rt and eye. Source: docs/devices.md, "Transports".
+// Role: setup; memory shared by descriptor between processes, its size sealed. Used by rt and eye.
+// Source: docs/devices.md, "Transports".
 #pragma once
 
 #include <cstddef>
@@ -22,23 +22,23 @@ void* map_sealed(int descriptor, std::size_t size, Access access) noexcept;
 void* map_private(std::size_t size);
 }  // namespace detail
 
-/// A new T of zeros with its descriptor; `others` may map it to read, or also to write. Throws
-/// Error.
+/// A new zero-filled T with its descriptor; `others`: whether other processes may map it writable.
+/// Throws Error.
 template <typename T>
 Mapped<T> make_sealed(Access others, int& descriptor) {
   return Mapped<T>(static_cast<T*>(detail::make_sealed(sizeof(T), others, descriptor)),
                    Unmap{sizeof(T)});
 }
 
-/// Maps what came from another process and closes the descriptor. Null unless it is sealed memory
-/// of T's size or more: whoever could shrink it could end this process.
+/// Maps memory from another process and closes the descriptor. Null unless it is sealed and at
+/// least of T's size: shrinking it would crash this process.
 template <typename T>
 Mapped<T> map_sealed(int descriptor, Access access) noexcept {
   return Mapped<T>(static_cast<T*>(detail::map_sealed(descriptor, sizeof(T), access)),
                    Unmap{sizeof(T)});
 }
 
-/// A T of zeros for this process alone. Throws Error.
+/// A zero-filled T, private to this process. Throws Error.
 template <typename T>
 Mapped<T> make_private() {
   return Mapped<T>(static_cast<T*>(detail::map_private(sizeof(T))), Unmap{sizeof(T)});

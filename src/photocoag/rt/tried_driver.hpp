@@ -1,4 +1,4 @@
-// Role: offline; a driver under trial: every answer is looked at, every call is one of the table's.
+// Role: offline; a driver under test: every answer is checked.
 // Used by driver_promises only. Source: device/driver.h. Units: W, K, ns. Real time: none.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace photocoag {
 
-inline constexpr int kTriedPeriods = 40;  // that a trial goes on for
+inline constexpr int kTriedPeriods = 40;  // length of a trial
 
 /// Throws BrokenPromise with these words.
 template <typename... T>
@@ -38,7 +38,7 @@ inline const photocoag_driver_table* table_of(const DriverCheckSettings& s,
   return table;
 }
 
-/// A device that is open, or open and armed; each answer is looked at.
+/// An open (and armed) device; each answer is checked.
 class Tried {
  public:
   explicit Tried(const DriverCheckSettings& s, bool armed = true)
@@ -89,7 +89,7 @@ class Tried {
   std::int64_t period() const noexcept { return period_; }
   void* library() const noexcept { return library_; }
 
-  /// Writes `power` each period, as the loop does; the highest power that is read back meanwhile.
+  /// Writes `power` each period, as the loop does; returns the highest power read back.
   double emit(double power, int periods = kTriedPeriods) {
     double highest = 0.0;
     for (int k = 0; k < periods; ++k) {
@@ -99,8 +99,8 @@ class Tried {
     }
     return highest;
   }
-  /// Fetches samples until one is `periods` younger than `since`, however many were waiting, with
-  /// `each` before it; the power of that one's period.
+  /// Calls `each` and fetches a sample until one is more than `periods` periods newer than `since`,
+  /// ns; returns the power of its period, W.
   template <typename F>
   double power_after(std::int64_t since, int periods, F&& each) {
     for (int k = 0; k < 1000; ++k) {

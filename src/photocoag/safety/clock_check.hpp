@@ -14,7 +14,7 @@ inline constexpr int kLateCommandsMax = 3;  ///< in a row
 
 class ClockCheck {
  public:
-  /// `late`: the device says that an older power of ours was in force.
+  /// `late`: the device reports that an older command was in force.
   void check(const DeviceSample& sample, bool late, const SafetyLimits& limits,
              SafetyLatch& latch) noexcept {
     late_commands_ = late ? late_commands_ + 1 : 0;
@@ -23,8 +23,7 @@ class ClockCheck {
       latch.notice(SafetyReason::kCommandLate);
     }
     if (late_commands_ > kLateCommandsMax) latch.safe_stop(SafetyReason::kCommandLate, true);
-    // A sample that lies behind says that the write after it was missed. A write that came late is
-    // as bad.
+    // A sample that is behind means that the write after it was missed. A late write is as bad.
     const bool behind = sample.periods_behind > 0;
     if (behind) latch.notice(SafetyReason::kOverrun);
     overruns_ = behind || late ? overruns_ + 1 : 0;

@@ -1,5 +1,5 @@
-// Role: online; what the controller tells the supervisor in one cycle, as plain numbers. Used by
-// safety, loop. Units: SI.
+// Role: online; what the controller reports to the supervisor in one cycle, as plain numbers. Used
+// by safety, loop. Units: SI.
 #pragma once
 
 #include <array>
@@ -10,7 +10,6 @@ namespace photocoag {
 
 enum class SolveOutcome : std::uint8_t { kSolved, kInfeasible, kFailed };
 
-/// What the controller says in one cycle.
 struct ControllerReport {
   double command = 0.0;  ///< W
   SolveOutcome solve = SolveOutcome::kSolved;
@@ -20,7 +19,7 @@ struct ControllerReport {
   double absorption = 0.0;        ///< estimate
   double innovation = 0.0;        ///< K
   double innovation_sigma = 0.0;  ///< K
-  /// W, what the same plan would write next and after that; not finite: nothing planned.
+  /// W, the plan's next two powers after `command`; not finite: nothing planned.
   std::array<double, 2> plan{std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::quiet_NaN()};
 };

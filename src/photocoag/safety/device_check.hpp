@@ -1,5 +1,5 @@
-// Role: online; the supervisor's check of the device itself: is it there, did it take the last
-// write, are interlock, shutter and foot switch closed. Used by the supervisor. Rows of the fault
+// Role: online; the supervisor's check of the device itself: present, last write accepted,
+// interlock closed, shutter open, foot switch pressed. Used by the supervisor. Rows of the fault
 // table (docs/safety.md): A3, A4, A5. Real time: noexcept, bounded, allocation-free.
 #pragma once
 

@@ -38,8 +38,8 @@ void EstimateCheck::check_absorption(double absorption, std::int64_t cycle,
   if (absorption_bad_ > kAbsorptionBadMax) latch.safe_stop(SafetyReason::kAbsorption);
 }
 
-// Innovations may be as large as the estimator expects, the calibrated noise, the model's error or
-// what the estimator's linearization has left. They are never smaller than the noise.
+// Innovations may be as large as the estimator expects, the calibrated noise, the model error or
+// the estimator's linearization error. They are never smaller than the noise.
 void EstimateCheck::check_innovation(const ControllerReport& report, double settling,
                                      const MultiModelObserver& observer, const SafetyLimits& limits,
                                      SafetyLatch& latch) noexcept {

@@ -1,6 +1,6 @@
-// Role: online; the supervisor's check of what the controller says of the eye: restarts,
-// absorption, innovations, peak. Used by the supervisor. Rows of the fault table (docs/safety.md):
-// E1 to E4. Units: SI. Real time: noexcept, bounded, allocation-free.
+// Role: online; the supervisor's check of the controller's estimates: restarts, absorption,
+// innovations, peak. Used by the supervisor. Rows of the fault table (docs/safety.md): E1 to E4.
+// Units: SI. Real time: noexcept, bounded, allocation-free.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ namespace photocoag {
 
 inline constexpr int kRestartsMax = 1;                  ///< in a treatment
 inline constexpr int kAbsorptionBadMax = 9;             ///< in a row
-inline constexpr double kAbsorptionJump = 0.3;          ///< of alpha from cycle to cycle
+inline constexpr double kAbsorptionJump = 0.3;          ///< 1, of alpha from cycle to cycle
 inline constexpr std::int64_t kAbsorptionSettled = 10;  ///< cycles
 inline constexpr double kPeakEstimateExcess = 1.0;      ///< K
 inline constexpr int kPeakEstimatesMax = 2;             ///< in a row
-/// Temperatures are not linear in alpha: what a linear estimator leaves of a move of alpha, as a
-/// share of the temperature and of the square of the relative move.
+/// Temperatures are not linear in alpha: linearization error of an estimator after alpha has moved,
+/// as a share of the temperature times the square of the relative move.
 inline constexpr double kSettlingShare = 0.25;
 
 class EstimateCheck {
@@ -28,7 +28,7 @@ class EstimateCheck {
   /// `cycle`: number of the samples checked so far.
   void check(const ControllerReport& report, std::int64_t cycle, MultiModelObserver& observer,
              const SafetyLimits& limits, SafetyLatch& latch) noexcept;
-  /// The estimated peak lies over the limit, or is no number: no light in this cycle.
+  /// The estimated peak exceeds the limit or is NaN: no light in this cycle.
   bool too_hot() const noexcept { return too_hot_ > 0; }
 
  private:
@@ -42,9 +42,9 @@ class EstimateCheck {
   int absorption_bad_ = 0;
   int too_hot_ = 0;
   double absorption_ = 0.0;  // at the last cycle
-  double settling_ = 0.0;    // square of what the estimate has lately moved, relative
+  double settling_ = 0.0;    // square of the estimate's recent relative move
   RecentSum innovations_;    // K^2, squared
-  RecentSum excess_;         // relative to the largest variance that may be expected
+  RecentSum excess_;         // relative to the largest expected variance
 };
 
 }  // namespace photocoag

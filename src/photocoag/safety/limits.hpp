@@ -1,4 +1,4 @@
-// Role: setup and online; the supervisor's limits, and a copy of them that notices a flipped bit.
+// Role: setup and online; the supervisor's limits, and a guarded copy that detects flipped bits.
 // Used by safety. Source: docs/safety.md. Units: SI; temperatures are rises over ambient.
 // Real time: intact() is noexcept, no allocation.
 #pragma once
@@ -13,16 +13,15 @@
 
 namespace photocoag {
 
-/// Everything the supervisor compares with. Plain data, no padding that is not set (all members
-/// have eight bytes).
+/// All limits of the supervisor. Plain data without padding (all members have eight bytes).
 struct SafetyLimits {
   double period = 1e-3;          ///< s
   double power_max = 0.1;        ///< W
   double power_rise_max = 0.1;   ///< W, largest rise from one period to the next
   double peak_max = 32.0;        ///< K
-  double peak_reference = 30.0;  ///< K, what the fallback power would hold
+  double peak_reference = 30.0;  ///< K, held by the fallback power
   double noise = 0.288;          ///< K, calibrated standard deviation of a sample
-  double zero_error = 0.0;       ///< K, standard error of the samples' zero
+  double zero_error = 0.0;       ///< K, standard error of the samples' zero point
   double absorption_min = 0.2;   ///< of the estimator
   double absorption_max = 2.0;
   double ambient_celsius = 22.0;
@@ -32,19 +31,18 @@ struct SafetyLimits {
   double dose_log_frequency = 0.0;      ///< ln(A / (1/s))
   double dose_activation_energy = 0.0;  ///< J/mol
   double model_error = 0.01;            ///< relative, of the observer's volume temperature
-  double power_accuracy = 0.0;  ///< relative: the true power may be so much above the readback
-  double gain_accuracy = 0.0;   ///< relative: the samples may be so much below the truth
+  double power_accuracy = 0.0;  ///< relative: the true power may exceed the readback by this
+  double gain_accuracy = 0.0;   ///< relative: the samples may lie below the truth by this
   std::int64_t overruns_in_a_row_max = 1;  ///< one more stops
   std::int64_t overruns_per_hundred = 1;   ///< one more stops
   std::int64_t command_delay = 0;          ///< periods until a written power is emitted, 0 or 1
   std::int64_t command_held =
-      1;  ///< 1: a power lasts a period longer where the next write is missed
-  std::int64_t check_quiet = 1;  ///< 0: a noise-free simulated eye, nothing is too quiet
+      1;                         ///< 1: a power lasts one period longer if the next write is missed
+  std::int64_t check_quiet = 1;  ///< 0: a noise-free simulated eye, no check for too little noise
 
-  /// How much hotter the tissue may be than the observer says, relative to its rise: by the power
-  /// that the readback does not show before there are samples, and by what the samples do not show
-  /// after. The peak grows less than the volume temperature with alpha, so that both together are
-  /// not worse.
+  /// Factor by which the tissue may be hotter than the observer's estimate: by the readback's error
+  /// before there are samples, by the samples' gain error after. The peak grows less with alpha
+  /// than the volume temperature, so that both errors together are no worse.
   double hidden_gain() const noexcept {
     const double of_power = 1.0 + power_accuracy;
     const double of_samples = 1.0 / (1.0 - gain_accuracy);
@@ -67,7 +65,8 @@ class GuardedLimits {
   /// False after any change of a bit in either copy.
   bool intact() const noexcept {
     const Words words = std::bit_cast<Words>(limits_);
-    std::uint64_t opposite = ~std::uint64_t{0};  // bits that differ from the complement's in all
+    std::uint64_t opposite =
+        ~std::uint64_t{0};  // bits that differ from the complement in every word
     for (std::size_t i = 0; i < words.size(); ++i) opposite &= words[i] ^ complement_[i];
     return opposite == ~std::uint64_t{0};
   }

@@ -11,7 +11,7 @@ namespace photocoag {
 namespace {
 
 constexpr double kPlausible = 12.0;   // 3.5 standard deviations of one parameter
-constexpr double kLeastNoise = 0.02;  // K: a noise-free simulated eye has a model error still
+constexpr double kLeastNoise = 0.02;  // K: a noise-free simulated eye still has a model error
 
 double dot(const ObserverModel::Weights& weights,
            const std::array<double, kObserverModes>& lag) noexcept {
@@ -23,7 +23,7 @@ double dot(const ObserverModel::Weights& weights,
 /// The smallest of `count` numbers.
 double smallest(const double* values, std::size_t count) noexcept {
   if (count == 1) return values[0];
-  // In two chains that stay in registers.
+  // Two chains that stay in registers.
   double even = values[0];
   double odd = values[0];
   std::size_t k = 0;
@@ -73,7 +73,7 @@ struct Judgement {
   double model_error;
 };
 
-/// One sample enters the misfits `judged`; `other` only ages.
+/// A sample updates the misfits `judged`; `other` only decays.
 PHOTOCOAG_WIDE_VECTORS void judge_curves(const double* __restrict temperature, std::size_t curves,
                                          double sample, Judgement by, double* __restrict judged,
                                          double* __restrict other) noexcept {
@@ -93,7 +93,7 @@ MultiModelObserver::MultiModelObserver(const ObserverModel& model, double noise,
     : model_(model),
       noise_variance_(std::max(noise, kLeastNoise) * std::max(noise, kLeastNoise)),
       model_error_(model_error) {
-  Lags held_1{};  // what one period of 1 W adds to a lag, and two
+  Lags held_1{};  // contribution to a lag of one period of 1 W, and of two
   Lags held_2{};
   for (std::size_t i = 0; i < kObserverModes; ++i) {
     held_1[i] = 1.0;
@@ -127,7 +127,7 @@ void MultiModelObserver::emit(double power) noexcept {
       seen[i] = model_.seen_before[i] * lag_[i] + model_.seen_power[i] * power;
     }
   }
-  // Modes that are not used decay to 0 and weigh nothing: a loop of known length.
+  // Unused modes decay to 0 and have no weight: a loop of fixed length.
   for (std::size_t i = 0; i < kObserverModes; ++i) {
     lag_[i] = model_.decay[i] * lag_[i] + power;
     coasting_[i] = model_.decay[i] * lag_[i];
@@ -180,7 +180,7 @@ void MultiModelObserver::update(double volume_temperature) noexcept {
                misfit_[1 - next_].data());
   for (std::size_t b = 0; b < model_.choroids; ++b) {
     least_[next_][b] = smallest(&misfit_[next_][b * model_.absorptions], model_.absorptions);
-    least_[1 - next_][b] *= model_.memory;  // as all of them, so it is still the smallest
+    least_[1 - next_][b] *= model_.memory;  // all decay alike, so it is still the smallest
   }
   next_ = 1 - next_;
   find_plausible();
@@ -197,8 +197,8 @@ void MultiModelObserver::find_plausible() noexcept {
     }
   }
   if (model_.choroids > 1) {
-    // The truth lies between nodes of a coarser grid that is judged by a longer memory. So that the
-    // plausible curves enclose it, the next beta beyond the last plausible one counts with its best
+    // With two parameters the grid is coarser and its memory longer, and the truth lies between
+    // nodes. To enclose it, the next beta beyond the last plausible one counts too, with its best
     // alpha.
     std::array<bool, kObserverChoroids> own{};
     for (std::size_t b = 0; b < model_.choroids; ++b) own[b] = families_[b].plausible;
@@ -231,8 +231,8 @@ void MultiModelObserver::Family::widen_to(const Family& other) noexcept {
   }
 }
 
-/// `first`: the family's first curve; `least`: its smallest misfit; `best`: the curve that had it
-/// at the last sample, and then the one that has it now.
+/// `first`: the family's first curve; `least`: its smallest misfit; `best`: in, the curve with that
+/// misfit at the last sample; out, now.
 MultiModelObserver::Family MultiModelObserver::plausible_by(const PerCurve& misfit,
                                                             std::size_t first, double least,
                                                             double bar,
@@ -253,8 +253,8 @@ MultiModelObserver::Family MultiModelObserver::plausible_by(const PerCurve& misf
     family.fraction = (distance(bar) - distance(misfit[inside])) /
                       (distance(misfit[family.high]) - distance(misfit[inside]));
   }
-  // The truth lies between nodes of a coarser grid: half a step where the best alpha is the only
-  // one.
+  // On the coarser grid the truth lies between nodes: widen by half a step if the best alpha is the
+  // only one.
   if (model_.choroids > 1 && family.high == family.low + 1) {
     family.fraction = std::max(family.fraction, 0.5);
   }

@@ -1,5 +1,6 @@
-// Role: online; temperature and absorption by a bank of models that shares neither code nor state
-// with the estimator. Used by the supervisor. Source: docs/safety.md, "The multi-model observer".
+// Role: online; estimates temperature and absorption by a bank of models, sharing neither code nor
+// state with the estimator. Used by the supervisor, run. Source: docs/safety.md, "The multi-model
+// observer".
 // Units: SI. Real time: noexcept, bounded (modes x absorptions), allocation-free. Threads: one
 // owner.
 #pragma once
@@ -10,9 +11,9 @@
 namespace photocoag {
 
 inline constexpr std::size_t kObserverModes = 14;
-inline constexpr std::size_t kObserverAbsorptions = 48;  ///< alphas where beta is known
-inline constexpr std::size_t kObserverChoroids = 9;      ///< betas where it is not, with half as
-                                                         ///< many alphas each
+inline constexpr std::size_t kObserverAbsorptions = 48;  ///< alphas if beta is known
+inline constexpr std::size_t kObserverChoroids =
+    9;  ///< betas if it is not, each with half as many alphas
 inline constexpr std::size_t kObserverCurves = kObserverChoroids * kObserverAbsorptions / 2;
 
 /// Tissue at a grid of absorption factors, as sums of first-order lags that the emitted power alone
@@ -20,35 +21,36 @@ inline constexpr std::size_t kObserverCurves = kObserverChoroids * kObserverAbso
 /// to beta number j / absorptions and alpha number j % absorptions.
 struct ObserverModel {
   using Weights = std::array<double, kObserverModes>;
-  std::size_t absorptions = kObserverAbsorptions;         ///< alphas, at most kObserverAbsorptions
-  std::size_t choroids = 1;                               ///< betas, at most kObserverChoroids
-  double memory = 0.95;                                   ///< of the misfit, per sample
-  std::array<double, kObserverModes> decay{};             ///< per period; 0 where not used
+  std::size_t absorptions = kObserverAbsorptions;  ///< alphas, at most kObserverAbsorptions
+  std::size_t choroids = 1;                        ///< betas, at most kObserverChoroids
+  double memory = 0.95;                        ///< 1, forgetting factor of the misfit, per sample
+  std::array<double, kObserverModes> decay{};  ///< per period; 0 where not used
   std::array<double, kObserverAbsorptions> absorption{};  ///< ascending
   std::array<double, kObserverChoroids> choroid{};        ///< beta
   std::array<Weights, kObserverCurves> volume{};          ///< K/W per lag
   std::array<Weights, kObserverCurves> peak{};            ///< K/W per lag
   std::array<double, kObserverCurves> steady_peak{};      ///< K/W
-  double peak_error = 0.0;                                ///< relative; of every predicted peak
-  double peak_error_K = 0.0;                              ///< K, on top
-  /// Where a sample is not the temperature at the end of its period (a mean over pulses): what it
-  /// sees of lag i is seen_before_i s_i + seen_power_i u, with s_i from before the period.
+  double peak_error = 0.0;    ///< relative error of every predicted peak
+  double peak_error_K = 0.0;  ///< K, added to it
+  /// True if a sample is not the temperature at the end of its period (a mean over pulses): lag i
+  /// then enters it as seen_before_i s_i + seen_power_i u, with s_i at the period's start.
   bool averaged = false;
   std::array<double, kObserverModes> seen_before{};
   std::array<double, kObserverModes> seen_power{};
-  std::array<double, kObserverCurves> seen_feed{};  ///< K/W, of the period's own power on top
+  std::array<double, kObserverCurves>
+      seen_feed{};  ///< K/W, direct feedthrough of the period's own power
 };
 
-/// How a sample compares with what the emitted power can have caused.
+/// Distance of a sample from the temperatures that the emitted power can explain.
 struct ObserverResidual {
-  double outside = 0.0;  ///< standard deviations outside the span of plausible absorptions, up to
-                         ///< the next curve above, and below where one alone is plausible
+  double outside = 0.0;  ///< standard deviations outside the span of plausible curves, extended to
+                         ///< the next curve above, and below if only one is plausible
   bool above = false;    ///< hotter than the span
 };
 
 /// The emitted power since the cold start fixes the temperature for every curve. Each curve is
 /// judged by its misfit J <- memory J + (y - v)^2 / r^2 with r^2 = noise^2 + (model_error v)^2,
-/// kept twice: by the samples of odd and of even number. Plausible is what either finds within its
+/// kept separately for odd and even samples. A curve is plausible if either misfit is within its
 /// J_min + 12, so that no single sample, however wrong, can exclude the truth, and nothing is
 /// excluded before two samples agree.
 class MultiModelObserver {
@@ -57,16 +59,16 @@ class MultiModelObserver {
 
   /// One period with `power`, W.
   void emit(double power) noexcept;
-  /// `power`, W, is on its way: it will be emitted for one period before any that is asked for now.
-  /// Between emit and the questions below.
+  /// Command delay: `power`, W, was written before and will be emitted for one period before any
+  /// new one. Call after emit and before the queries below.
   void queue(double power) noexcept;
-  /// Compares, changes nothing.
+  /// Compares a sample, K, with the plausible curves; does not change the state.
   ObserverResidual compare(double volume_temperature) const noexcept;
-  /// Weighs every curve by a sample that was found usable.
+  /// Updates every curve's misfit with a usable sample, K.
   void update(double volume_temperature) noexcept;
 
-  /// After a sample far hotter than anything plausible, until one fits again: the tissue may have
-  /// changed, so the powers below count every absorption.
+  /// Set after a sample far hotter than anything plausible, until one fits again: the tissue may
+  /// have changed, so the powers below consider every absorption.
   void suspect(bool suspicious) noexcept { suspicious_ = suspicious; }
 
   /// Largest plausible absorption factor; before the second sample the largest of the model.
@@ -75,17 +77,18 @@ class MultiModelObserver {
   double peak_high() const noexcept;
   /// Volume temperature now at the hottest plausible absorption, K.
   double volume_high() const noexcept;
-  /// Forget the samples (not the emitted power): every absorption is plausible again.
+  /// Forgets the samples (not the emitted power): every absorption is plausible again.
   void reset() noexcept;
 
-  /// Largest power, W, after one period of which (and of the one awaited) no plausible absorption
-  /// exceeds `peak`, K, with the model's error on top; at least 0.
+  /// Largest power, W, such that after one period of it (and of the queued one) no plausible peak
+  /// plus model error exceeds `peak`, K; at least 0.
   double power_for_peak(double peak) const noexcept;
-  /// The same after two periods of that power: what a device holds before its watchdog acts.
+  /// The same after two periods of that power, the longest that a device holds it before its
+  /// watchdog acts.
   double held_power_for_peak(double peak) const noexcept;
-  /// The same where the power comes one period late and `before`, W, lasts until then.
+  /// The same if the power comes one period late and `before`, W, acts until then.
   double late_power_for_peak(double peak, double before) const noexcept;
-  /// Power that holds `peak`, K, for ever at the hottest plausible absorption.
+  /// Power, W, that holds `peak`, K, in steady state at the hottest plausible absorption.
   double steady_power(double peak) const noexcept;
 
  private:
@@ -116,12 +119,12 @@ class MultiModelObserver {
   ObserverModel model_;
   double noise_variance_;
   double model_error_;
-  std::size_t modes_ = 1;  // in use: the rest decays to 0 and weighs nothing
+  std::size_t modes_ = 1;                          // in use: the rest decays to 0 and has no weight
   std::array<PerCurve, kObserverModes> volume_{};  // the model's weights, by lag
   PerCurve rise_1_{};                              // K/W, peak after one period of 1 W
   PerCurve rise_2_{};                              // after two
   Lags lag_{};                                     // now
-  Lags coasting_{};                                // after what is awaited and one period at 0 W
+  Lags coasting_{};                                // after the queued power and one period at 0 W
   Lags coasting_2_{};                              // after two
   PerCurve volume_now_{};
   std::array<PerCurve, 2> misfit_{};  // by samples of even and of odd number

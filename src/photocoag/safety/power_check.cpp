@@ -35,7 +35,7 @@ void PowerCheck::check(const Readback& readback, InForce command, const SafetyLi
                        SafetyLatch& latch) noexcept {
   const bool told = finite(readback.command);
   if (!told && unwritten_ > 0) return;
-  // A device that says what it took for its command is held to its word.
+  // A device that reports its command is checked against that.
   const double expected = told ? readback.command : wanted(limits);
   const bool foreign = command == InForce::kForeign;
   if ((expected <= 0.0 && !(readback.power <= kReadbackFloor)) ||

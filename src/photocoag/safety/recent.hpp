@@ -1,4 +1,4 @@
-// Role: online; what the supervisor's checks remember of the last cycles. Used by safety.
+// Role: online; short histories of the last cycles for the supervisor's checks. Used by safety.
 // Source: docs/safety.md. Real time: noexcept, bounded, allocation-free.
 #pragma once
 
@@ -44,7 +44,7 @@ class RecentEvents {
     recent_ = recent_ << 1 | (event ? 1U : 0U);
   }
   int among_last(int cycles) const noexcept {
-    if ((recent_ | older_) == 0) return 0;  // as nearly always
+    if ((recent_ | older_) == 0) return 0;  // nearly always
     const auto mask = [](int bits) {
       return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
     };

@@ -19,7 +19,7 @@ SafetyReason SampleCheck::check(const DeviceSample& sample, MultiModelObserver& 
                                 const SafetyLimits& limits, SafetyLatch& latch) noexcept {
   ++expected_;
   if (sample.periods_behind > 0) {
-    // An overrun of ours: counted there, the sample is not the device's fault.
+    // The controller's overrun, counted by ClockCheck: not the device's fault.
     rejected_.add(false);
     return SafetyReason::kOverrun;
   }

@@ -1,5 +1,5 @@
-// Role: online; the supervisor's check of a sample: is it there, fresh, within range, moving, and
-// something that the emitted power can have caused. Used by the supervisor. Rows of the fault table
+// Role: online; the supervisor's check of a sample: present, fresh, within range, changing, and
+// consistent with the emitted power. Used by the supervisor. Rows of the fault table
 // (docs/safety.md): M1 to M9. Units: K, ns. Real time: noexcept, bounded, allocation-free.
 #pragma once
 
@@ -14,16 +14,18 @@
 
 namespace photocoag {
 
-inline constexpr int kMissingMax = 2;           ///< in a row
-inline constexpr int kSaturatedMax = 1;         ///< in a row
-inline constexpr int kSameRawMax = 5;           ///< equal raw values in a row
-inline constexpr int kRejectedMax = 2;          ///< among the last 20
-inline constexpr double kRejectAt = 6.0;        ///< standard deviations
-inline constexpr double kResidualLimit = 36.0;  ///< squared: one spike is no proof of noise
+inline constexpr int kMissingMax = 2;     ///< in a row
+inline constexpr int kSaturatedMax = 1;   ///< in a row
+inline constexpr int kSameRawMax = 5;     ///< equal raw values in a row
+inline constexpr int kRejectedMax = 2;    ///< among the last 20
+inline constexpr double kRejectAt = 6.0;  ///< standard deviations
+inline constexpr double kResidualLimit =
+    36.0;  ///< cap of a squared residual: one spike is no evidence of noise
 
 class SampleCheck {
  public:
-  /// kNone: the sample may be used. Otherwise why not; counted, and stopped where it is too often.
+  /// kNone: the sample may be used; otherwise the reason why not. Rejections are counted; too many
+  /// stop the treatment.
   SafetyReason check(const DeviceSample& sample, MultiModelObserver& observer,
                      const SafetyLimits& limits, SafetyLatch& latch) noexcept;
 

@@ -1,4 +1,5 @@
-// Role: online; the supervisor's states and reasons. Used by safety, loop, run folders, reports.
+// Role: online; the supervisor's states and reasons. Used by safety, loop, run, report, console,
+// fault_table.
 // Source: docs/safety.md.
 #pragma once
 
@@ -24,7 +25,7 @@ enum class SafetyReason : std::uint8_t {
   kSampleStale,       ///< [M3, M9] old, repeated, out of order or from the future
   kSampleStuck,       ///< [M4]
   kSampleSaturated,   ///< [M6]
-  kSampleRejected,    ///< [M7] too far from what the emitted power can have caused
+  kSampleRejected,    ///< [M7] inconsistent with the emitted power
   kMeasurementNoise,  ///< [M8] residuals do not fit the calibrated noise
   kPowerReadback,     ///< [A1]
   kPowerStuckOn,      ///< [A2]
@@ -45,12 +46,12 @@ enum class SafetyReason : std::uint8_t {
   kExposure,          ///< [X1]
   kThermalDose,       ///< [X1]
   kLimitsCorrupted,   ///< [X4]
-  kPeakCeiling,       ///< the command was lowered to what no plausible absorption overheats
+  kPeakCeiling,       ///< the command was lowered so that no plausible absorption overheats
   kSlew,              ///< the command was lowered to the largest rise per period
   kCoasting,          ///< the command was lowered: no rise without a fresh sample
   kSelfTest,          ///< a self-test failed
   kNotTreating,       ///< not in TREATING: 0 W
-  kCommandLate,       ///< [T1, T2] the device says that an older power of ours was in force
+  kCommandLate,       ///< [T1, T2] the device reports that an older command was in force
 };
 
 constexpr std::string_view to_string(SafetyState state) noexcept {

@@ -1,6 +1,6 @@
-// Role: online; what the supervisor has found so far, and the latch that its checks stop it by.
-// Used by safety, loop, run folders, reports. Source: docs/safety.md. Units: SI. Real time:
-// noexcept, bounded, allocation-free. Threads: one owner.
+// Role: online; the supervisor's status, and the latch through which its checks stop it. Used by
+// safety, loop, run, report. Source: docs/safety.md. Units: SI. Real time: noexcept, bounded,
+// allocation-free. Threads: one owner.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,25 @@ namespace photocoag {
 struct SafetyStatus {
   SafetyState state = SafetyState::kOff;
   SafetyReason reason = SafetyReason::kNone;  ///< of the state, if DONE, SAFE_STOP or STANDBY
-  std::int64_t detections = 0;  ///< bad samples, rejected commands, overruns: all that was noticed
+  std::int64_t detections = 0;  ///< number of bad samples, rejected commands, overruns and the like
   SafetyReason last_detection = SafetyReason::kNone;
-  std::int64_t late_commands = 0;  ///< periods in which the device had an older one in force
+  std::int64_t late_commands = 0;  ///< periods in which an older command was in force
   double energy = 0.0;             ///< J emitted
   double exposure = 0.0;           ///< s with light
   double dose = 0.0;               ///< Arrhenius integral at the largest plausible absorption
 };
 
-/// What every check reports to.
+/// Every check reports to the latch.
 class SafetyLatch {
  public:
-  /// Counted, nothing else.
+  /// Counts a detection; the state stays.
   void notice(SafetyReason reason) noexcept {
     ++status.detections;
     status.last_detection = reason;
   }
-  /// Noticed, and the state left: SAFE_STOP keeps its first reason, DONE gives way to SAFE_STOP
-  /// alone. `by_interlock`: 0 W by software alone is not trusted.
+  /// Counts a detection and changes the state: SAFE_STOP keeps its first reason, from DONE only
+  /// SAFE_STOP is reached. `by_interlock`: open the interlock too, as 0 W by software alone is not
+  /// trusted.
   void stop(SafetyState state, SafetyReason reason, bool by_interlock = false) noexcept {
     notice(reason);
     open_interlock = open_interlock || by_interlock;

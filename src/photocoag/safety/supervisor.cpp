@@ -96,8 +96,8 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   return {.usable = memory_.fresh_sample, .reason = reason, .power = power};
 }
 
-// What the last good plan had in store, if no plausible absorption is overheated by it; else what
-// holds the reference for ever. A plan made with an estimate that has broken down since is none.
+// The last good plan's next power if it overheats no plausible absorption; else the steady power
+// for the reference. A plan made from an estimate that has since failed does not count.
 double Supervisor::fallback(SafetyReason reason) noexcept {
   latch_.notice(reason);
   if (++memory_.fallbacks > kFallbacksMax) {

@@ -1,8 +1,8 @@
-// Role: online; decides each cycle what may be written to the laser, and latches. Used by loop.
-// States and gate are here; what is looked at is in device_check, clock_check, power_check,
+// Role: online; decides each cycle which power may be written to the laser, and latches. Used by
+// loop, run, fmu. States and gate are here, the checks in device_check, clock_check, power_check,
 // sample_check, estimate_check and dose_check. Source: docs/safety.md (states, checks, fallback).
-// Shares no code and no state with estimator and optimisation: it sees their answers as plain
-// numbers (ControllerReport) and judges them by the device's own data and the observer. Units: SI.
+// Shares no code and no state with estimator and optimisation: it gets their results as plain
+// numbers (ControllerReport) and checks them against the device's data and the observer. Units: SI.
 // Real time: noexcept, bounded, allocation-free from the first call. Threads: one owner.
 #pragma once
 
@@ -23,17 +23,18 @@
 
 namespace photocoag {
 
-/// What the supervisor makes of a sample.
+/// The supervisor's verdict on a sample.
 struct SampleVerdict {
   bool usable = false;                        ///< may enter the estimator
   SafetyReason reason = SafetyReason::kNone;  ///< why not
-  double power = 0.0;                         ///< W, best knowledge of what was emitted
+  double power = 0.0;                         ///< W, best estimate of the emitted power
 };
 
-/// What may be written.
+/// The power that may be written.
 struct Authorization {
   double power = 0.0;                         ///< W
-  SafetyReason reason = SafetyReason::kNone;  ///< why it differs from the command, or noted
+  SafetyReason reason = SafetyReason::kNone;  ///< why it differs from the command; or a detection
+                                              ///< without effect on it
   bool open_interlock = false;                ///< 0 W by software alone is not trusted
 };
 
@@ -43,12 +44,12 @@ struct SelfTestReport {
   double sigma = 0.0;             ///< K
   double power_at_zero = 0.0;     ///< W read back with 0 W commanded
   bool watchdog_tripped = false;  ///< the device fell to 0 W without a fresh token
-  bool model_matches = false;     ///< period and tissue of the model are those of the run
-  bool solver_exact = false;      ///< a canned problem solved to 1e-9
+  bool model_matches = false;     ///< the model's period and tissue are those of the run
+  bool solver_exact = false;      ///< a stored problem solved to 1e-9
   bool log_has_room = false;
 };
 
-/// What a self-test with so many samples may show.
+/// Accepted results of a self-test with `samples` samples.
 struct SelfTestBounds {
   static constexpr int kSamples = 32;  ///< at least
   double mean = 0.0;                   ///< K, at most, either sign
@@ -66,13 +67,13 @@ class Supervisor {
   bool finish_self_test(const SelfTestReport& report) noexcept;  ///< to STANDBY, or SAFE_STOP
   bool ready() noexcept;                                         ///< STANDBY to READY
   bool begin(bool foot_switch) noexcept;                         ///< READY to TREATING
-  void reset() noexcept;   ///< by the operator: DONE or SAFE_STOP to SELFTEST; counters start anew
+  void reset() noexcept;   ///< by the operator: DONE or SAFE_STOP to SELFTEST; counters are reset
   void finish() noexcept;  ///< the planned end: TREATING to DONE
 
-  /// First thing of a cycle: everything the device delivered for the period that has ended.
+  /// Call first in a cycle, with everything the device delivered for the period that has ended.
   SampleVerdict check(const DeviceSample& sample, const Readback& readback,
                       DeviceStatus last_write) noexcept;
-  /// Last thing before the write. Without a check() before it: the very first command.
+  /// Call last before the write. Without a check() before it: the first command of a treatment.
   Authorization authorize(const ControllerReport& report) noexcept;
 
   const SafetyStatus& status() const noexcept { return latch_.status; }
@@ -83,7 +84,7 @@ class Supervisor {
   Authorization choose(const ControllerReport& report) noexcept;
   double fallback(SafetyReason reason) noexcept;
 
-  /// All that a treatment leaves behind; reset() makes it anew.
+  /// State of one treatment; replaced by reset().
   struct Memory {
     DoseCheck dose;
     PowerCheck power;
