@@ -1,4 +1,4 @@
-// Role: setup; one written value into one field. Used by config.
+// Role: setup; assigns a written value to a field. Used by config.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace photocoag {
 
-/// Converts `value` to the field's type and unit and stores it. A relative path is taken relative
-/// to `folder` and stored absolute and normal. Ranges of numbers are left to the settings'
+/// Converts `value` to the field's type and unit and stores it. A relative path is resolved against
+/// `folder` and stored absolute and normalized. Ranges are checked later, by the settings'
 /// validate(). Not for layers. Throws Error with place, key, what was found and what is accepted.
 void assign(const Field& field, const Value& value, const std::string& folder);
 

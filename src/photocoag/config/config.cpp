@@ -45,8 +45,8 @@ bool mentions(std::string_view text, std::string_view key) {
   return at != std::string_view::npos && (at == 0 || text[at - 1] != '.');
 }
 
-// The place to look at for an error in `key`: its own; or that of another key of which the error
-// speaks or which lies below, the last one given; or that of [tissue] from which the plant has it.
+// Place to report for an error in `key`: its own; else that of a key mentioned in the error or
+// below `key`, the last one given; else that of [tissue], from which the plant inherits it.
 const Place* place_of(const std::string& key, const std::string& accepted, const Places& places) {
   if (const auto own = places.find(key); own != places.end()) return &own->second;
   const Place* last = nullptr;
@@ -59,7 +59,7 @@ const Place* place_of(const std::string& key, const std::string& accepted, const
   return place_of(key.substr(kPlant.size()), accepted, places);
 }
 
-// The posterior takes the place of what else speaks of the same.
+// The posterior excludes other settings for the same purpose.
 void require_valid_chance(const Config& config) {
   if (config.control.robust != Robustness::kChance) return;
   require(config.prior.declared(), "control.robust", std::string_view("\"chance\""),
@@ -90,7 +90,7 @@ void require_valid_posterior(const Config& config) {
           "0 with estimator.kind = \"posterior\"");
 }
 
-// Adds what validate() cannot know: the place and the number as written.
+// Adds the place and the number as written, which validate() does not know.
 Error with_place(const Error& error, const Places& places) {
   ErrorParts parts = error.parts();
   const auto own = places.find(parts.key);
@@ -119,7 +119,7 @@ void validate_bench(const Config& c) {
             "plant.tissue.layers", std::string_view("layers that conduct differently"),
             "layers that conduct alike with lags, averaging or drift of the plant");
   }
-  // The mean over a period is not what acts from its lag on.
+  // The mean over a period differs from the power that acts after the lag.
   require(c.estimator.timing.power_lag == 0.0 || bench.readback == PowerReadback::kNone,
           "plant.power_readback", std::string_view("emitted"),
           "\"none\" with estimator.power_lag_periods: a mean over the period hides when it acts");
@@ -133,7 +133,7 @@ void Config::validate() const {
   control.validate();
   estimator.validate();
   model.reduction.validate();
-  // The margin's search holds beta where the estimator begins.
+  // The margin's search fixes beta at its initial estimate.
   require(!uncertainty.declared() || estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
           std::string_view("rpe-and-choroid"), "\"rpe\" where [uncertainty] declares anything");
   tissue.validate("tissue");

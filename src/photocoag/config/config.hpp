@@ -21,7 +21,7 @@
 
 namespace photocoag {
 
-/// What the controller believes.
+/// The controller's model.
 struct ModelSettings {
   std::string file;  ///< a reduced model made by `photocoag reduce`; empty: reduce now (cached)
   ReductionSettings reduction;
@@ -31,28 +31,28 @@ struct ModelSettings {
 
 enum class PlantModel { kFull, kReduced };
 
-/// What a period without power shows.
+/// Sample of a period without power.
 enum class ZeroPowerSample {
   kMeasured,  ///< a sample: a second laser probes
   kMissing,   ///< nothing: a single laser measures only while it emits
 };
 
-/// What is reported as the power applied in a period.
+/// Power that is reported as applied in a period.
 enum class PowerReadback {
   kEmitted,  ///< the mean that the laser emitted
   kNone,     ///< the command: nothing measures the light
 };
 
-/// What a bench has and an ideal eye has not.
+/// Deviations of a real bench from an ideal eye.
 struct BenchSettings {
   IntersampleTiming timing;  ///< fractions of a period, each 0 to 1
   PowerReadback readback = PowerReadback::kEmitted;
   double power_gain = 1.0;        ///< emitted / commanded, 0.5 to 2
-  double sample_gain = 1.0;       ///< shown / true volume temperature, 0.5 to 2
-  double sample_offset = 0.0;     ///< K, shown beside it; -50 to 50
+  double sample_gain = 1.0;       ///< measured / true volume temperature, 0.5 to 2
+  double sample_offset = 0.0;     ///< K, added to the sample; -50 to 50
   double absorption_drift = 0.0;  ///< 1/s, of alpha relative to its first value; -10 to 10
 
-  /// Outputs between the ends of periods, or a source that changes.
+  /// True if samples fall between the ends of periods or the absorption drifts.
   bool needs_intersample() const noexcept { return !timing.plain() || absorption_drift != 0.0; }
   bool operator==(const BenchSettings&) const = default;
 };
@@ -61,7 +61,7 @@ struct BenchSettings {
 struct PlantSettings {
   PlantModel model = PlantModel::kFull;
   double absorption_factor = 1.1;  ///< 1, the true alpha, 0.05 to 5
-  double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 where nothing scales
+  double choroid_factor = 1.0;     ///< 1, the true beta, 0.05 to 20; 1 if no layer scales with it
   double noise = 0.288;            ///< K, standard deviation of the sample; 0 to 20
   ZeroPowerSample zero_power_sample = ZeroPowerSample::kMeasured;
   BenchSettings bench;
@@ -117,7 +117,7 @@ struct Config {
 
   /// Number of control cycles: duration / period, rounded to the nearest, at least 1.
   std::size_t cycles() const noexcept;
-  /// The prior counts: estimator.kind or control.robust asks for it.
+  /// True if the prior is used: by estimator.kind or control.robust.
   bool believes() const noexcept;
   /// Throws Error naming the key, the value and what is accepted.
   void validate() const;
@@ -128,14 +128,14 @@ struct Config {
 ///
 /// `file`: a TOML file; empty means the defaults. An override's value is TOML, else a bare string;
 /// layers are addressed by name: "tissue.layers.RPE.thickness_um=5".
-/// A relative model.file starts from the folder of `file`, in an override from the current one.
+/// A relative model.file is relative to the folder of `file`, in an override to the current one.
 /// [plant.tissue] is applied after all of [tissue], whatever their order. Tests: tests/config.
 /// Throws Error naming the file and line (or "--set key=value"), the key, the value found and what
-/// is accepted. Unknown keys are errors with the nearest known key as advice.
+/// is accepted. For an unknown key the error suggests the nearest known one.
 Config load_config(const std::string& file, const std::vector<std::string>& overrides);
 
 /// The complete configuration as annotated TOML: load_config() of this text gives `config` again.
-/// No dates, nothing of the machine: the same configuration gives the same text.
+/// No dates and nothing machine-dependent: the same configuration gives the same text.
 std::string to_toml(const Config& config);
 
 /// SHA-256 of to_toml(config), lower-case hexadecimal.

@@ -1,6 +1,6 @@
 // Role: setup; exact decimal conversion between the configuration's units and SI. Used by config.
 // A power of ten is applied to the text, not to the number: "6.0" um is read as the double nearest
-// to 6.0e-6, which is what the literal 6.0e-6 is, and every double has a text that gives it back.
+// to 6.0e-6, like the literal 6.0e-6, and every double has a text that reads back exactly.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@ std::vector<std::string_view> discretization_words() {
           to_string(Discretization::kTrBdf2)};
 }
 
-// A build without OSQP knows its words and cannot serve them.
+// A build without OSQP knows its words but does not support them.
 std::vector<Field> control_fields(ControlSettings& settings) {
   std::vector<Field> list = fields_of(settings);
 #if !PHOTOCOAG_HAS_OSQP

@@ -1,6 +1,6 @@
-// Role: setup; the one table of all configuration keys, section by section, made of the rows beside
-// each settings aggregate (core/setting.hpp): it drives reading, printing, the check of ranges, the
-// detection of unknown keys, the schema and the documentation. Used by config.
+// Role: setup; the table of all configuration keys, section by section, from each settings
+// aggregate's fields_of() (core/setting.hpp): it drives reading, printing, range checks, unknown
+// keys, the schema and the documentation. Used by config, fmu, apps.
 #pragma once
 
 #include <array>
@@ -24,11 +24,11 @@ const std::vector<Section>& sections();
 /// Every key but those inside layers, bound to `config`, section by section.
 std::vector<Field> fields(Config& config);
 
-/// Those that every layer of an array needs.
+/// Required keys of every layer of an array.
 inline constexpr std::array<const char*, 3> kRequiredLayerKeys = {"name", "thickness_um",
                                                                   "absorption_per_m"};
 
-/// The value as it is written in TOML; empty: an optional one that is not given, or layers.
+/// The value in TOML; empty for an absent optional value and for layers.
 std::string value_text(const Field& field);
 
 }  // namespace photocoag

@@ -1,5 +1,5 @@
-// Role: setup; random quantities of an eye, and what the controller believes of them before the
-// first sample. Used by config, campaign, run. Format: docs/configuration.md.
+// Role: setup; random quantities of an eye: the controller's prior, a campaign's inputs. Used by
+// config, session. Format: docs/configuration.md.
 // Units: those of the keys.
 #pragma once
 
@@ -19,11 +19,12 @@ struct RandomQuantity {
   double spread = 0.0;  ///< standard deviation (normal), or of the logarithm (log-normal)
   double low = 0.0;
   double high = 0.0;
-  bool considered = false;  ///< its spread counts, but samples do not correct it (Schmidt-Kalman)
+  bool considered = false;  ///< a consider parameter: its spread counts, samples do not correct it
+                            ///< (Schmidt-Kalman)
   bool operator==(const RandomQuantity&) const = default;
 };
 
-/// Of the normal scores of two quantities.
+/// Correlation of two quantities' normal scores.
 struct Correlation {
   std::string first;
   std::string second;
@@ -43,7 +44,7 @@ struct Prior {
   bool operator==(const Prior&) const = default;
 };
 
-/// Factor of the measured volume temperature; no key of the configuration.
+/// Measured over true volume temperature; not a key of the configuration.
 inline constexpr std::string_view kCalibrationFactor = "calibration_factor";
 
 }  // namespace photocoag

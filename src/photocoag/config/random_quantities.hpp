@@ -1,6 +1,6 @@
-// Role: setup; random quantities read from tables and checked; their correlation and moments. Used
-// by config, campaign, run. Source: N. L. Johnson, S. Kotz, N. Balakrishnan, Continuous Univariate
-// Distributions 1 (truncated normal). Units: those of the keys. Real time: no.
+// Role: setup; reads and checks random quantities; their correlation and moments. Used by config,
+// population. Source: N. L. Johnson, S. Kotz, N. Balakrishnan, Continuous Univariate Distributions
+// 1 (truncated normal). Units: those of the keys. Real time: no.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,13 +18,13 @@ namespace photocoag {
 struct PriorTables {
   std::string_view quantities;    ///< "prior" or "input"
   std::string_view correlations;  ///< "prior_correlation" or "correlation"
-  bool of_controller = false;     ///< a prior: has `use`, and every quantity a spread
+  bool of_controller = false;     ///< a prior: has `use`, and every quantity needs a spread
 };
 inline constexpr PriorTables kPriorTables{"prior", "prior_correlation", true};
 inline constexpr PriorTables kInputTables{"input", "correlation", false};
 
-/// Reads both arrays below `root`; absent: none. Checks words, ranges, and that every key is given
-/// once; not what the keys mean. Throws Error naming file:line, key, what was found and what is
+/// Reads both arrays below `root`; absent: none. Checks words, ranges and that every key occurs
+/// once, but not the keys' meaning. Throws Error naming file:line, key, what was found and what is
 /// accepted.
 Prior read_prior(const Value& root, const PriorTables& tables);
 
@@ -37,20 +37,20 @@ struct Moments {
   double deviation = 0.0;
 };
 
-/// Of the quantity, or of its natural logarithm (low above 0), truncation included.
+/// Moments of the quantity, or of its natural logarithm (needs low > 0), truncation included.
 Moments moments(const RandomQuantity& quantity);
 Moments log_moments(const RandomQuantity& quantity);
 
-/// The variable behind a key that is a number of the eye.
+/// The variable behind a key of the eye.
 struct EyeNumber {
   double* value = nullptr;
   double scale = 1.0;  ///< SI = written * scale
 };
-/// Of a key "plant.…", layers by name. `config` must stay in place. Nothing: no number of the eye.
+/// For a key "plant.…", layers by name. Points into `config`. nullopt: not a number of the eye.
 std::optional<EyeNumber> eye_number(Config& config, std::string_view key);
 
-/// Throws Error naming "prior.KEY" unless the several-parameter model carries every quantity and
-/// the configuration is valid at all lows and at all highs.
+/// Throws Error naming "prior.KEY" unless the multi-parameter model carries every quantity and the
+/// configuration is valid with all quantities at `low` and with all at `high`.
 void validate_prior(const Config& config);
 
 }  // namespace photocoag

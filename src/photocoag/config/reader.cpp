@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kPlantTissue = "plant.tissue";
 
-// A key as it has to be written; quoted unless bare, so that "a.b" is not taken for a.b.
+// A key as it must be written: quoted unless bare, so that "a.b" is not mistaken for a.b.
 std::string join(const std::string& path, const std::string& key) {
   const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-';
@@ -130,7 +130,7 @@ void Reader::read_field(const Field& field, const Value& value, const std::strin
   places_[key] = {value.where, is_number ? value.text : std::string(), ++order_};
 }
 
-// A new prior replaces an earlier one, correlations included.
+// A later prior replaces an earlier one, correlations included.
 void Reader::read_prior_of(const Value& root) {
   const Value* const quantities = root.find(kPriorTables.quantities);
   const Value* const correlations = root.find(kPriorTables.correlations);

@@ -1,5 +1,5 @@
-// Role: setup; value trees into a configuration, with the place of every value kept. Used by
-// config.
+// Role: setup; applies value trees to a configuration and keeps the place of every value. Used by
+// config, python.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace photocoag {
 
-/// A file or an option, and the folder that its relative paths start from.
+/// A file or an option, and the folder for its relative paths.
 struct Source {
   Value root;
   std::string folder;
@@ -21,7 +21,7 @@ struct Source {
 struct Place {
   std::string where;
   std::string text;       ///< a number as it was written; empty for anything else
-  std::size_t order = 0;  ///< of reading: the last one given has the highest
+  std::size_t order = 0;  ///< order of reading: the last one given has the highest
 };
 
 /// By full key; layers by name: "tissue.layers.RPE.thickness_um".
@@ -31,8 +31,8 @@ using Places = std::map<std::string, Place>;
 /// [tissue]. Checks keys and types, not ranges. Throws Error.
 Places read_sources(const std::vector<Source>& sources, Config& config);
 
-/// read_sources on the defaults, then validates all of it: load_config() of sources that are there
-/// already. `places` as of read_sources. Throws Error with the place of the value.
+/// read_sources on the defaults, then validate(): load_config() for sources already read. `places`
+/// as of read_sources. Throws Error with the place of the value.
 Config config_of(const std::vector<Source>& sources, Places& places);
 
 }  // namespace photocoag

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-// Last, and nowhere else: it is a large header.
+// Only here: it is a large header.
 #include <toml++/toml.h>
 
 #include "photocoag/core/error.hpp"
@@ -113,8 +113,8 @@ Value convert(const toml::node& node, const Text& text, int depth) {
   return value;
 }
 
-// The library limits nested values, but not the length of a.b.c.d…, which nests as well: a hundred
-// thousand levels overflow the stack when they are freed.
+// The library limits nested values, but not dotted keys (a.b.c.d…), which nest as well: a hundred
+// thousand levels overflow the stack when freed.
 void refuse_deep_keys(const Text& text) {
   for (std::size_t number = 1; number <= text.lines.size(); ++number) {
     const std::string_view line = text.line(number);

@@ -1,5 +1,6 @@
 // Role: setup; where configuration values come from: a TOML file and the --set options, as plain
-// trees that remember their place. The only part that knows the TOML library. Used by config.
+// trees that remember their place. The only user of the TOML library. Used by config, campaign,
+// session, study, run, python.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@ namespace photocoag {
 
 struct Entry;
 
-/// A TOML value and the place it was written at.
+/// A TOML value and the place where it was written.
 struct Value {
   enum class Kind { kInteger, kFloat, kBoolean, kString, kDate, kArray, kTable };
 
@@ -20,7 +21,7 @@ struct Value {
   std::string where;  ///< "file:line", or "--set key=value"
   std::string text;   ///< as written (a string: in quotes; an array or table: "[…]" or "{…}")
   std::int64_t integer = 0;    ///< if kInteger
-  double number = 0.0;         ///< if kFloat; text is the exact one
+  double number = 0.0;         ///< if kFloat; `text` is exact
   std::string string;          ///< if kString: valid UTF-8
   std::vector<Entry> entries;  ///< if kTable: in the order of the text; if kArray: without keys
 
@@ -37,10 +38,10 @@ struct Entry {
 std::string_view kind_name(Value::Kind kind) noexcept;
 
 /// Reads a TOML file: regular, at most 1 MB, UTF-8 (one byte order mark is skipped).
-/// Throws Error naming file:line:column and what the parser says.
+/// Throws Error with file:line:column and the parser's message.
 Value read_toml_file(const std::string& file);
 
-/// The same of a text that has been read already; `name` stands for the file. Throws Error.
+/// The same for a text in memory; `name` stands for the file. Throws Error.
 Value read_toml_text(std::string_view text, const std::string& name);
 
 /// Reads "key=value"; the value is TOML, else a bare string. Throws Error naming the option.

@@ -30,13 +30,13 @@ constexpr std::uint32_t kPulsed = bits({Use::kTreatEye, Use::kEye});
 constexpr std::uint32_t kOfTheEye = bits({Use::kBoundaries, Use::kSchemeComparison}) | kShowing;
 constexpr std::uint32_t kSteps =
     bits({Use::kEye, Use::kCompareReductions, Use::kExport}) | kReducing | kShowing;
-/// Of the simulated eye in this process alone.
+/// Keys of the simulated eye in this process.
 constexpr std::uint32_t kBench = bits({Use::kSimulate, Use::kTreat, Use::kSpots, Use::kFmuEye});
-/// What a controller may know of a bench.
+/// Keys of a bench's timing that a controller may account for.
 constexpr std::uint32_t kTold = (kBench & ~kFmuEye) | kCode | bits({Use::kTreatDriver});
 constexpr std::uint32_t kBuilding = kAll & ~bits({Use::kCalibrate});
 
-/// Of all rules whose beginning a key has, the longest holds.
+/// The longest rule that is a prefix of the key applies.
 struct Rule {
   std::string_view beginning;
   std::uint32_t used_by;
@@ -219,7 +219,7 @@ std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, U
   return unused;
 }
 
-// What an eye of its own process cannot serve, wherever it was given.
+// Keys that an eye in a process of its own does not support.
 void refuse_bench_keys(const Config& config, const Places& places, Use use) {
   const std::vector<std::string> plain = at_default(config);
   for (const auto& [key, place] : places) {

@@ -1,5 +1,6 @@
-// Role: setup; which keys of the configuration a command uses: what has no effect in it is said,
-// what contradicts it is refused. Used by apps, campaign, study. Source: docs/configuration.md.
+// Role: setup; which configuration keys a command uses: keys without effect are reported,
+// contradictions refused. Used by apps, campaign, run, session, python. Source:
+// docs/configuration.md.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace photocoag {
 
-/// What a configuration is for. Values are bits: rules name several.
+/// Purpose of a configuration. Values are bits: a rule may name several.
 enum class Use : std::uint32_t {
   kSimulate = 1U << 0U,         ///< also campaign, sweep
   kTreat = 1U << 1U,            ///< with the simulated eye of the same process
@@ -34,23 +35,23 @@ enum class Use : std::uint32_t {
   kFmuController = 1U << 17U,
 };
 
-/// A value that was given and that the use has no place for.
+/// A value that was given but has no effect in this use.
 struct UnusedKey {
   std::string key;
-  std::string why;  ///< empty: nothing of its group is used
+  std::string why;  ///< empty: the use ignores the whole group
 };
 
-/// Given values that differ from the defaults and cannot have an effect, in the order of the keys.
+/// Values that were given, differ from the defaults and have no effect, in the order of the keys.
 std::vector<UnusedKey> unused_keys(const Config& config, const Places& places, Use use);
 
-/// Throws Error if an option contradicts what the use does whatever the configuration says.
+/// Throws Error if a given value contradicts the use.
 void refuse_contradictions(const Config& config, const Places& places, Use use);
 
-/// load_config() for a use; what cannot have an effect is added to `unused`. Throws Error.
+/// load_config() for a use; keys without effect are added to `unused`. Throws Error.
 Config load_config(const std::string& file, const std::vector<std::string>& overrides, Use use,
                    std::vector<UnusedKey>& unused);
 
-/// Whether a use looks at a key at all; the rules above refine it. For tests.
+/// Whether a use reads a key at all; unused_keys() refines this. For tests.
 bool uses(Use use, std::string_view key) noexcept;
 
 }  // namespace photocoag

@@ -169,7 +169,7 @@ bool read(std::string_view cell, Number& number) {
   return error == std::errc() && end == cell.data() + cell.size();
 }
 
-/// The number whose word this is.
+/// Code of the word in `cell`.
 bool read_word(const CycleField& field, std::string_view cell, std::int64_t& number) {
   constexpr std::int64_t kMostWords = 64;
   for (number = 0; number < kMostWords; ++number) {

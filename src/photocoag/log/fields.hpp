@@ -1,5 +1,6 @@
-// Role: offline; the one table of a cycle's fields. Log, run.csv, HDF5 and MAT, replay and recovery
-// go through it: a new column is a row here. Used by log, run, run_files. Real time: none.
+// Role: offline; the table of a cycle's fields behind log, run.csv, HDF5, MAT, MCAP, replay and
+// recovery: a new column is one row here. Used by log, run, run_files, console, python. Real time:
+// none.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +19,13 @@ enum class FieldType : std::uint8_t {
   kWord,     ///< an enumeration: its number in the log, its word in tables
 };
 
-/// A column of run.csv.
+/// Whether a field is a column of run.csv.
 enum class InCsv : std::uint8_t {
   kNo,
   kYes,
-  kMayBeEmpty,   ///< a cell of what is not finite is empty
+  kMayBeEmpty,   ///< empty where the value is not finite
   kWithChoroid,  ///< if beta is estimated
-  kWithDevice,   ///< if the eye is not that of the same process; may be empty
+  kWithDevice,   ///< unless the eye is simulated in this process; may be empty
 };
 
 /// Eight bytes of a log record: a double's bits, or a signed integer.
@@ -37,20 +38,20 @@ struct CycleField {
   /// Out-of-range codes map to the first enumerator.
   void (*set)(LogRecord& record, std::uint64_t bits) noexcept;
   std::string_view (*word)(std::uint64_t bits) noexcept;  ///< null unless kWord
-  std::string_view formerly;                              ///< name in logs before schema 4
+  std::string_view formerly;                              ///< name in logs older than schema 4
 };
 
-/// Version of the table. Readers go by name, so that a new field breaks nothing. Before 3 the true
-/// temperatures of a device, which does not tell them, were 0 instead of NaN.
+/// Version of the table. Readers look fields up by name, so new fields break nothing. Before
+/// version 3, unknown true temperatures were 0 instead of NaN.
 inline constexpr int kLogSchema = 4;
 
-/// In the order of run.csv; what only the log has comes last, but for the record's number.
+/// In the order of run.csv; fields of the log alone come last, except the record's number.
 std::span<const CycleField> cycle_fields() noexcept;
 
 /// Null if there is none.
 const CycleField* field_named(std::string_view name) noexcept;
 
-/// "f8" or "i8", as the log's header says it.
+/// "f8" or "i8", as in the log's header.
 constexpr std::string_view type_in_log(FieldType type) noexcept {
   return type == FieldType::kReal ? "f8" : "i8";
 }

@@ -91,7 +91,7 @@ std::pair<LogHeader, std::size_t> parse_header(std::string_view bytes, const std
   return {header, kPrefix + length + 8};
 }
 
-/// Where the fields of this program's record stand in those of the file; by name and type.
+/// Maps this program's fields to those of the file, by name and type.
 struct FieldMap {
   std::vector<std::pair<std::size_t, const CycleField*>> from_to;
   std::size_t missing = 0;

@@ -1,5 +1,5 @@
-// Role: online; all that is known of one cycle, as it goes into the crash-safe log. Used by log,
-// run, tables. Units: SI; times of the monotonic clock and durations in ns.
+// Role: online; everything recorded of one cycle, as written to the crash-safe log. Used by log,
+// run, run_files, console. Units: SI; times of the monotonic clock and durations in ns.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace photocoag {
 
-/// What the loop knows of a cycle, and how long its parts took.
+/// A cycle's record with its durations.
 struct LogRecord : CycleRecord {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   static constexpr std::int64_t kNoTime = std::numeric_limits<std::int64_t>::min();
 
-  /// Nothing is known yet.
+  /// All values unknown.
   LogRecord() noexcept {
     truth = {.volume = kNone, .peak = kNone};
     measured = kNone;

@@ -1,5 +1,5 @@
-// Role: online; lock-free queue from one producer to one consumer. Used by log.
-// Real time: push and pop are noexcept, wait-free, allocation-free. Threads: one of each side.
+// Role: online; lock-free queue from one producer to one consumer. Used by log, run, console. Real
+// time: push and pop are noexcept, wait-free, allocation-free. Threads: one of each side.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class SpscRing {
   explicit SpscRing(std::size_t capacity)
       : slots_(std::bit_ceil(std::max<std::size_t>(capacity, 2))) {}
 
-  /// By the producer. False: full, nothing was changed.
+  /// Producer side. False if full; nothing is changed.
   bool push(const T& value) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == slots_.size()) return false;
@@ -30,7 +30,7 @@ class SpscRing {
     return true;
   }
 
-  /// By the consumer: the oldest entries, as many as there are and fit. Returns how many.
+  /// Consumer side: takes the oldest entries that fit into `out`; returns their number.
   std::size_t pop(std::span<T> out) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     const std::size_t count = std::min(head_.load(std::memory_order_acquire) - tail, out.size());

@@ -17,13 +17,13 @@ inline constexpr int kLogFormat = 1;                   ///< of the bytes below
 inline constexpr std::size_t kBlockRecords = 256;      ///< at most, in one block
 inline constexpr std::size_t kMostHeaderText = 65536;  ///< bytes
 
-/// What a segment says about itself.
+/// A segment's header.
 struct LogHeader {
   int schema = kLogSchema;
   std::string program;  ///< version and source hash
   std::string config_sha256;
   std::string model_sha256;
-  std::string device;   ///< what was treated on; empty: the simulated eye of the same process
+  std::string device;   ///< device of the treatment; empty: the simulated eye of this process
   double period = 0.0;  ///< s
   std::int64_t planned_cycles = 0;
   std::int64_t full_order_states = 0;
@@ -61,13 +61,13 @@ inline constexpr std::string_view kSegmentMagic = "PCAGLOG\n";
 /// CRC-32 (the one of zlib, PNG, Ethernet), continued from `start`.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t start = 0) noexcept;
 
-/// A record as it stands in a block: eight bytes a field. `to` has log_record_bytes().
+/// A record as stored in a block: eight bytes per field. `to` has log_record_bytes().
 void pack(const LogRecord& record, std::byte* to) noexcept;
 
 /// The bytes in front of the first block.
 std::string segment_header(const LogHeader& header);
 
-/// Fills in the checksum of a block that stands in memory: header, then records.
+/// Fills in the checksum of a block in memory: header, then records.
 void seal_block(std::span<std::byte> block) noexcept;
 /// True if the checksum of a complete block is right.
 bool block_is_good(std::span<const std::byte> block) noexcept;

@@ -1,5 +1,5 @@
-// Role: the program; which topic a cycle's field belongs to for tools that show streams of messages
-// (MCAP files, Foxglove's WebSocket): one topic per kind of quantity. Used by run_files, console.
+// Role: the program; the message topic of a cycle's field (MCAP files, Foxglove's WebSocket): one
+// topic per kind of quantity. Used by run_files, console.
 // Source: docs/realtime.md. Real-time promise: none.
 #pragma once
 

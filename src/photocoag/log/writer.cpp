@@ -80,9 +80,10 @@ LogTotals LogWriter::close() {
 }
 
 void LogWriter::run() noexcept {
-  // On a busy machine an ordinary thread may wait for hundreds of milliseconds. Far below the loop.
+  // On a busy machine an ordinary thread may wait for hundreds of milliseconds. Far below the
+  // loop's priority.
   constexpr int kPriority = 5;
-  request_fifo_priority(kPriority);  // without it the log is behind when others are busy
+  request_fifo_priority(kPriority);  // without it the log falls behind under load
   for (bool last = false; !last;) {
     last = closing_.load(std::memory_order_acquire);
     while (drain() > 0) {
@@ -142,7 +143,7 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
   if (error_ == 0) error_ = errno;
   failed_.store(true, std::memory_order_relaxed);
   lost_ += records;
-  // No half block before the next one.
+  // Remove a partial block.
   struct stat now {};
   if (::fstat(file_, &now) == 0 && now.st_size > static_cast<off_t>(segment_size_) &&
       ::ftruncate(file_, static_cast<off_t>(segment_size_)) == 0) {
@@ -150,14 +151,15 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
   }
 }
 
-// The last block says how many records there were; its room is taken while there is some, so that
-// a disk that fills cannot hide what it cost.
+// The last block holds the record counts; its space is reserved early, so that a full disk cannot
+// hide how many records were lost.
 bool LogWriter::reserve(std::size_t bytes) noexcept {
   const auto end = static_cast<off_t>(segment_size_);
   const auto size = static_cast<off_t>(bytes + sizeof(BlockHeader));
   while (::fallocate(file_, FALLOC_FL_KEEP_SIZE, end, size) != 0) {
     if (errno == EINTR) continue;
-    return errno != ENOSPC && errno != EDQUOT;  // not every file system can: then without
+    return errno != ENOSPC &&
+           errno != EDQUOT;  // unsupported by some file systems: continue without
   }
   return true;
 }
@@ -174,7 +176,7 @@ bool LogWriter::write_all(const std::byte* bytes, std::size_t count) noexcept {
   return true;
 }
 
-/// The segment before is given up when the new one is there: until then it takes the last block.
+/// The old segment is released only once the new one exists: until then it can take the last block.
 bool LogWriter::open_segment(std::int64_t number) noexcept {
   const int before = file_;
   const std::size_t size_before = segment_size_;
@@ -191,7 +193,7 @@ bool LogWriter::open_segment(std::int64_t number) noexcept {
       segment_size_ = header.size();
       to_sync_.store(file_);
       const int unsynced = retired_.exchange(before);
-      if (unsynced >= 0) ::close(unsynced);  // two segments in one look: the disk is far behind
+      if (unsynced >= 0) ::close(unsynced);  // two segments per poll: the disk is far behind
       return true;
     }
   } catch (const std::exception&) {

@@ -1,6 +1,6 @@
-// Role: online; from the loop to the disk without ever making the loop wait. The loop's thread puts
-// records into a ring; a thread of its own writes them to append-only segments, another one forces
-// them to the medium, which may take long. Used by run.
+// Role: online; writes the loop's records to disk without ever blocking the loop. The loop's thread
+// puts records into a ring; a second thread writes them to append-only segments, a third calls
+// fsync, which may take long. Used by run.
 // Source: docs/realtime.md. Real time: record() is noexcept, wait-free, allocation-free; the rest
 // blocks and may throw. Threads: record() from one thread; open and close from the owner's.
 #pragma once
@@ -23,11 +23,11 @@
 namespace photocoag {
 
 struct LogOptions {
-  std::size_t ring_records = 0;  ///< what may pile up while the disk stalls; 0: of one second
-  std::size_t segment_bytes = std::size_t{64} << 20;  ///< then the next segment begins
-  std::int64_t look_ns = 10'000'000;                  ///< pause between looks at the ring
-  std::int64_t sync_ns = 100'000'000;                 ///< between forced writes to the medium
-  /// In place of write(2): tests of full and slow disks.
+  std::size_t ring_records = 0;  ///< records buffered while the disk stalls; 0: one second's
+  std::size_t segment_bytes = std::size_t{64} << 20;  ///< bytes after which the next segment begins
+  std::int64_t look_ns = 10'000'000;                  ///< ns, polling interval of the ring
+  std::int64_t sync_ns = 100'000'000;                 ///< ns, interval of fsync
+  /// Replaces write(2) in tests of full and slow disks.
   std::function<ssize_t(int file, const void* bytes, std::size_t count)> write;
 };
 
@@ -40,15 +40,15 @@ class LogWriter {
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
-  /// By the loop: takes the record in, or drops and counts it. Its `record` number is set here.
+  /// Called by the loop: queues the record, or drops and counts it. Sets its `record` number.
   void record(LogRecord& record) noexcept;
 
-  /// Writes what is left, says that the log is complete, ends the thread. Once.
+  /// Writes what is left, marks the log as complete, ends the threads. Call once.
   LogTotals close();
 
   /// False after any record was dropped or any write failed: no further treatment may start.
   bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
-  /// In words, empty while healthy. After close().
+  /// Description of the failure, empty while healthy. Valid after close().
   const std::string& trouble() const noexcept { return trouble_; }
   std::int64_t segments() const noexcept { return header_.segment + 1; }
 
@@ -68,8 +68,8 @@ class LogWriter {
   std::vector<LogRecord> batch_;
   std::vector<std::byte> block_;
   int file_ = -1;
-  std::atomic<int> to_sync_{-1};  // the same for the other thread
-  std::atomic<int> retired_{-1};  // a full segment: that thread closes it
+  std::atomic<int> to_sync_{-1};  // for the fsync thread
+  std::atomic<int> retired_{-1};  // a full segment, to be closed by the fsync thread
   std::size_t segment_size_ = 0;  // bytes of complete blocks
   std::uint64_t written_ = 0;
   std::uint64_t lost_ = 0;  // taken from the ring, not written

@@ -1,5 +1,6 @@
-// Role: offline; is the domain large enough? Used by `photocoag boundaries`. Source: the paper
-// assumes it (section 2: "chosen large enough"); docs/equations.md, deviation 15. Units: SI.
+// Role: offline; checks that the domain is large enough. Used by `photocoag boundaries`. Source:
+// the paper assumes it (section 2: "chosen large enough"); docs/equations.md, deviation 15. Units:
+// SI.
 #pragma once
 
 #include <string>
@@ -14,7 +15,7 @@ namespace photocoag {
 /// How the peak gain (K per W of constant power) reacts when one boundary moves out.
 struct BoundaryEffect {
   std::string boundary;        ///< "front", "back" or "radius"
-  std::string moved;           ///< how far, in words
+  std::string moved;           ///< how it was moved, as text
   std::vector<double> change;  ///< relative change of the peak gain, one per time
 };
 

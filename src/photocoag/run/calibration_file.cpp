@@ -28,7 +28,7 @@ CurveData load_curve(const std::string& file) {
   const Value* table = root.find("curve");
   if (table == nullptr || table->kind != Value::Kind::kTable || root.entries.size() != 1) {
     throw Error(ErrorParts{.where = file,
-                           .problem = "it is no calibration curve",
+                           .problem = "not a calibration curve",
                            .accepted = "one table [curve]; docs/photoacoustics.md"});
   }
   const TableReader keys(*table, "curve",
@@ -106,7 +106,7 @@ std::string example_heating_data(const CurveData& data, double ambient_celsius, 
   const GrueneisenCurve curve(data);
   const Transducer transducer;
   constexpr double kCodes = 3000.0;  // at the reference energy, cold
-  // The curve must also hold below ambient, where noise of cold tissue lies.
+  // The curve must also be valid below ambient, where noise of cold tissue lies.
   constexpr double kBelow = 5.0;     // K
   constexpr double kWarming = 50.0;  // K
   const double cold = curve.value(ambient_celsius);

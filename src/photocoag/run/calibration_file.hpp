@@ -1,5 +1,5 @@
-// Role: setup; calibration curves as TOML files, and heating data as CSV. Used by `calibrate`,
-// `treat`, `eye`. Format: docs/photoacoustics.md.
+// Role: setup; calibration curves as TOML files, and heating data as CSV. Used by run, console and
+// the commands calibrate, eye. Format: docs/photoacoustics.md.
 #pragma once
 
 #include <string>
@@ -20,8 +20,9 @@ std::string to_toml(const CurveData& curve);
 /// naming file and line.
 std::vector<CalibrationPoint> load_heating_data(const std::string& file);
 
-/// What `calibrate --example` writes: tissue warmed evenly from 5 K below ambient to 50 K above it
-/// under the simulated transducer, through the matched filter. The same seed gives the same text.
+/// Example data for `calibrate --example`: tissue warmed uniformly from 5 K below to 50 K above
+/// ambient, measured by the simulated transducer and the matched filter. The same seed gives the
+/// same text.
 std::string example_heating_data(const CurveData& curve, double ambient_celsius, double noise_K,
                                  int rows, std::uint64_t seed);
 

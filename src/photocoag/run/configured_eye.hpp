@@ -1,5 +1,5 @@
-// Role: simulation; the simulated eye that a configuration asks for: its tissue's time stepping and
-// how it measures. Used by run, fmu.
+// Role: simulation; the simulated eye of a configuration: time stepping of its tissue, and how it
+// measures. Used by run, fmu, python.
 #pragma once
 
 #include <memory>
@@ -26,8 +26,8 @@ inline EyeSettings eye_settings(const Config& config, const PlantMismatch& misma
           .readback = bench.readback == PowerReadback::kEmitted};
 }
 
-/// use(plant) with the tissue of [plant], cold: of the full-order model if there is one, else of
-/// the reduced one.
+/// Calls use(plant) with the cold tissue of [plant]: the full-order model if there is one, else the
+/// reduced one.
 template <typename Use>
 auto with_plant(const Config& config, const std::shared_ptr<const FullOrderModel>& full,
                 const ReducedModel* reduced, Use use) {

@@ -8,8 +8,8 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kCombined = 7;  // quantities of which all combinations are tried, at most
-constexpr double kMatters = 0.001;    // of the limit: what such a quantity changes by itself
+constexpr std::size_t kCombined = 7;  // most quantities of which all combinations are tried
+constexpr double kMatters = 0.001;    // of the limit: least effect of such a quantity alone
 
 using Signs = std::vector<int>;
 

@@ -1,4 +1,4 @@
-// Role: setup; which corners of the declared set the margin's search has to visit. Used by
+// Role: setup; selects the corners of the declared set that the margin's search visits. Used by
 // run/tissue_margin. Source: derived here; docs/control.md (declared uncertainty). Units: SI.
 #pragma once
 
@@ -11,10 +11,10 @@
 
 namespace photocoag {
 
-/// All combinations of signs of the quantities that change the peak of a noise-free treatment by
-/// 0.1 % of the limit or more at one of `alphas` (seven at most, the most important ones); of the
-/// others the signs that raise the peak by themselves, once those of the first period and once
-/// those of the last. `cells`, `periods`: of the treatments. Throws Error. Allocates.
+/// All sign combinations of the quantities (the most important ones, at most seven) that change the
+/// peak of a noise-free treatment by at least 0.1 % of the limit at one of `alphas`; the others get
+/// the sign that raises the peak, once in the first and once in the last period. `cells`,
+/// `periods`: of the treatments. Throws Error. Allocates.
 std::vector<std::vector<int>> declared_corners(const Config& config, const ReducedModel& model,
                                                const std::vector<DeclaredQuantity>& quantities,
                                                const std::vector<double>& alphas, std::size_t cells,

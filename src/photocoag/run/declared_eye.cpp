@@ -19,7 +19,7 @@ struct Response {
   Eigen::VectorXd volume;
 };
 
-// The eye that answers like this, with noise of its own. A Plant (loop/plant.hpp).
+// The eye with this response and its own noise. A Plant (loop/plant.hpp).
 class RespondingEye {
  public:
   RespondingEye(const Response& response, Eigen::Ref<const Eigen::VectorXd> noise)
@@ -105,7 +105,7 @@ Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>
 }
 
 Eigen::MatrixXd balanced_noise(Eigen::Index periods, Eigen::Index count) {
-  constexpr std::uint64_t kSeed = 1u << 30;  // no treatment draws it
+  constexpr std::uint64_t kSeed = 1u << 30;  // used by no treatment
   const Eigen::Index block = count - 1;
   // Columns are periods here. Gram-Schmidt within the block, against the constant first.
   Eigen::MatrixXd noise(count, periods);

@@ -1,8 +1,8 @@
-// Role: setup; the eyes of the declared set and fast noise-free or noisy closed loops on them. Used
-// by run/tissue_margin, population/spots. Source: derived here; docs/control.md (declared
-// uncertainty). Units: SI. Difference to simulate_eye: the tissue's linear response is computed
-// once per eye and the loop then convolves, no supervisor, the exact solver. Threads: immutable
-// after construction.
+// Role: setup; the eyes of the declared set, and fast closed loops on them with or without noise.
+// Used by run/tissue_margin, population/spots. Source: derived here; docs/control.md (declared
+// uncertainty). Units: SI. Differences to simulate_eye: the tissue's impulse response is computed
+// once per eye and then convolved; no supervisor; always the exact solver. Threads: immutable after
+// construction.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,14 +17,14 @@
 
 namespace photocoag {
 
-/// One uncertain quantity: which part of the tissue it scales, and by how much at most.
+/// One uncertain quantity: the part of the tissue that it scales, and its range.
 struct DeclaredQuantity {
   std::string name;
-  double less;  ///< relative, 0 to below 1
-  double more;  ///< relative
+  double less;  ///< relative decrease, 0 to below 1
+  double more;  ///< relative increase
   enum class Part { kSpotRadius, kThickness, kAbsorption, kChoroid } part;
   std::size_t layer = 0;
-  bool declared = true;  ///< false: it does not move
+  bool declared = true;  ///< false: it stays fixed
 
   /// Relative change for a sign of -1, 0 or 1.
   double change(int sign) const noexcept { return sign < 0 ? -less : sign * more; }
@@ -35,8 +35,8 @@ struct DeclaredQuantity {
 std::vector<DeclaredQuantity> tissue_quantities(const UncertaintySettings& uncertainty,
                                                 const Tissue& tissue);
 
-/// Those of the model's tissue as far as declared; and beta if it is estimated: from 1.6 deviations
-/// below its initial value to 3.1 above, as alpha.
+/// The declared quantities of the model's tissue, and beta if it is estimated: from 1.6 deviations
+/// below its initial value to 3.1 above, as for alpha.
 std::vector<DeclaredQuantity> declared_quantities(const Config& config);
 
 /// The model's tissue with each quantity moved by change(signs[i]), signs -1, 0 or 1.
@@ -45,15 +45,15 @@ Tissue declared_tissue(const Config& config, const std::vector<DeclaredQuantity>
 
 /// Noise for `count` treatments of `periods` periods each, a column per treatment, in deviations:
 /// within each block of count - 1 periods every period has mean 0 and deviation 1 over the
-/// treatments and no two are correlated. What is linear in the noise of one such block has then
-/// its exact mean and deviation over the treatments, without the luck of a draw. `count`: 2 at
-/// least. Always the same numbers. Allocates.
+/// treatments and no two are correlated. Quantities linear in the noise of one block then have
+/// their exact mean and deviation over the treatments, without sampling error. `count`: at least 2.
+/// Deterministic. Allocates.
 Eigen::MatrixXd balanced_noise(Eigen::Index periods, Eigen::Index count);
 
 /// One tissue at full order and its response to one period of power.
 class DeclaredEye {
  public:
-  /// `cells`: grid; `periods`: as far as loops may run. Throws Error. Allocates.
+  /// `cells`: of the grid; `periods`: longest treatment. Throws Error. Allocates.
   DeclaredEye(const Config& config, const Tissue& tissue, std::size_t cells, std::size_t periods);
 
   /// Treatments by config.control and config.estimator, one per column of `noise` (K, a row per

@@ -6,8 +6,8 @@
 namespace photocoag {
 namespace {
 
-// Where LIBRARY ends in "LIBRARY[,SETTINGS]": both may hold commas. The longest part that is a
-// file; without any, a name for the loader's own search, which has none.
+// Where LIBRARY ends in "LIBRARY[,SETTINGS]": both may contain commas. The longest part that is a
+// file; otherwise a name for the loader's search, which has no comma.
 std::size_t end_of_library(const std::string& text) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(text, ignored)) return text.size();

@@ -1,5 +1,5 @@
-// Role: the program; which device a treatment is on: `--device`, or the simulated eye of this
-// process. Used by run, session, apps. Source: docs/devices.md.
+// Role: the program; the device of a treatment: `--device`, or the simulated eye of this process.
+// Used by run, session, apps. Source: docs/devices.md.
 #pragma once
 
 #include <array>
@@ -16,16 +16,16 @@ namespace photocoag {
 struct DeviceAddress {
   enum class Kind : std::uint8_t {
     kVirtual,        ///< the simulated eye of this process in virtual time
-    kPaced,          ///< the same by the clock
+    kPaced,          ///< the same, paced by the clock
     kEye,            ///< the simulated eye of another process, through shared memory
     kEyeOverSocket,  ///< the same through its socket
     kDriver,         ///< a vendor's driver
   };
   Kind kind = Kind::kPaced;
-  bool own_process = false;              ///< an eye that the program starts and ends itself
+  bool own_process = false;              ///< an eye process that the program starts and ends itself
   std::string path = {};                 ///< socket or library
   std::string settings = {};             ///< of a driver
-  std::vector<std::string> faults = {};  ///< of an eye that is started for this treatment
+  std::vector<std::string> faults = {};  ///< scripted faults of an eye started for this treatment
 
   bool here() const noexcept { return kind == Kind::kVirtual || kind == Kind::kPaced; }
   bool eye() const noexcept { return kind == Kind::kEye || kind == Kind::kEyeOverSocket; }
@@ -35,7 +35,7 @@ struct DeviceAddress {
 /// The simulated eye of this process as fast as it can.
 inline DeviceAddress virtual_eye() { return {.kind = DeviceAddress::Kind::kVirtual}; }
 
-/// A device's word, WORD[:PATH[,SETTINGS]], and what the configuration is used for on it.
+/// A device's word in WORD[:PATH[,SETTINGS]], and the use of the configuration for it.
 struct DeviceWord {
   std::string_view word;
   DeviceAddress::Kind kind;
@@ -50,14 +50,14 @@ inline constexpr std::array kDeviceWords{
 inline constexpr std::string_view kDeviceForms =
     "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]";
 
-/// kDeviceForms. LIBRARY is the longest part before a comma that is a file: its path may hold
+/// kDeviceForms. LIBRARY is the longest part up to a comma that is a file: its path may contain
 /// commas. Throws Error naming --device.
 DeviceAddress parse_device(const std::string& text);
 
-/// What the configuration is used for there.
+/// The use of the configuration on that device.
 Use use_of(const DeviceAddress& place) noexcept;
 
-/// A device that is not there or fails: exit code 3.
+/// A missing or failing device: exit code 3.
 class DeviceError : public Error {
  public:
   using Error::Error;

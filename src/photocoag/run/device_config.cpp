@@ -12,14 +12,14 @@ namespace photocoag {
 
 SafetyLimits device_limits(const Config& config) {
   SafetyLimits limits = safety_limits(config);
-  // A device holds its power when a write is missed, whatever scheduling there is.
+  // A device holds its power when a write is missed, with any scheduling.
   limits.command_held = 1;
   const bool eye = config.photoacoustics.sampling == Sampling::kPulses;
   if (eye && config.safety.real_time == RealTimeMode::kObserve) {
     limits.overruns_in_a_row_max = std::max(
         limits.overruns_in_a_row_max, static_cast<std::int64_t>(kEyeStall / config.control.period));
   }
-  // The zero of all samples is that of the cold pulses, of which each sample takes some.
+  // All samples share the zero point of the baseline, which has its own noise.
   if (eye) {
     limits.zero_error = limits.noise * std::sqrt(static_cast<double>(pulses_per_period(config)) /
                                                  config.photoacoustics.baseline_pulses);
@@ -66,7 +66,7 @@ void require_plausible(const GrueneisenCurve& curve, const Config& config) {
     throw Error(
         ErrorParts{.where = file,
                    .key = "curve",
-                   .problem = "this is no tissue's curve",
+                   .problem = "not a curve of tissue",
                    .found = fmt::format("{:.3g} % per K at {:g} deg C", 100 * rise, cold),
                    .accepted = fmt::format("{:g} to {:g} % per K", 100 * kLeast, 100 * kMost)});
   }
@@ -76,7 +76,7 @@ Config for_device(Config config, const DeviceAddress& device) {
   if (device.here()) return config;
   if (config.control.solver != SolverKind::kDense) {
     throw Error(ErrorParts{.key = "control.solver",
-                           .problem = "a device is driven by the solver that is real-time safe",
+                           .problem = "a device needs the solver that is real-time safe",
                            .accepted = "\"dense\""});
   }
   if (!device.eye()) return config;
@@ -91,7 +91,7 @@ Config for_device(Config config, const DeviceAddress& device) {
   constexpr double kQuietestPulses = 0.02;
   if (config.plant.noise < kQuietestPulses) {
     throw Error(ErrorParts{.key = "plant.noise_K",
-                           .problem = "pulses are not so quiet",
+                           .problem = "pulses are noisier than that",
                            .found = fmt::format("{:g}", config.plant.noise),
                            .accepted = fmt::format("from {:g} K", kQuietestPulses)});
   }

@@ -1,4 +1,4 @@
-// Role: the program; what a treatment on a device asks of the configuration. Used by run, apps.
+// Role: the program; adapts the configuration to a device. Used by run, session, apps.
 // Source: docs/devices.md. Units: SI.
 #pragma once
 
@@ -14,19 +14,19 @@ namespace photocoag {
 /// % per K when cold.
 void require_plausible(const GrueneisenCurve& curve, const Config& config);
 
-/// The configuration adapted to a device: to the simulated eye of this process it is; an eye's
-/// samples are means over pulses of the normalised volume temperature. Throws Error if that is not
-/// possible.
+/// The configuration adapted to a device: unchanged for the simulated eye of this process; an eye
+/// in another process samples the normalised volume temperature as means over pulses. Throws Error
+/// if that is not possible.
 Config for_device(Config config, const DeviceAddress& device);
 
-/// s, that a simulated eye and its controller may stand still without real time.
+/// s: longest stall of a simulated eye and its controller without real-time scheduling.
 inline constexpr double kEyeStall = 0.5;
 
 /// The supervisor's limits on a device.
 SafetyLimits device_limits(const Config& config);
 
-/// The observer on a device, which is exact in time whatever simulated eyes are set to; pulses as
-/// in observer_model.
+/// The observer on a device, always with zero-order hold, whatever plant.discretization; `pulses`
+/// as in observer_model.
 ObserverModel device_observer(const Config& config, int pulses = 0);
 
 /// Pulses per control period. Throws Error naming photoacoustics.pulse_period_ms.

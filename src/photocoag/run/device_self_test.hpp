@@ -47,7 +47,7 @@ SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has
   SelfTestReport report = self_test_of(baseline);
   report.power_at_zero = power_at_zero;
   double seen = 0.0;
-  // Only where nothing was emitted, for the command came too late, there is another try.
+  // Retry only if nothing was emitted because the command came too late.
   for (int tries = 0; tries < 3 && !(seen > 0.0); ++tries) {
     write(little);
     double last = std::numeric_limits<double>::quiet_NaN();

@@ -1,4 +1,4 @@
-// Role: offline; what a time discretization of the full-order model misses. Used by `photocoag
+// Role: offline; error of a time discretization of the full-order model. Used by `photocoag
 // discretizations`. Source: docs/equations.md (E7) and deviation 14: the paper steps with implicit
 // Euler. Units: SI.
 #pragma once
@@ -18,7 +18,7 @@ struct DiscretizationErrors {
   Discretization discretization = Discretization::kImplicitEuler;
   double period = 0.0;           ///< s
   std::vector<Outputs> exact;    ///< after 1, 2, … periods
-  std::vector<Outputs> stepped;  ///< the same by the scheme
+  std::vector<Outputs> stepped;  ///< the same with the scheme
 
   /// Relative error of the peak after `steps` periods, from 1; negative: too cold.
   double peak(std::size_t steps) const {

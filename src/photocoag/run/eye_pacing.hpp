@@ -1,4 +1,5 @@
-// Role: the program; whether a simulated eye's process follows the wall clock or its controller.
+// Role: the program; chooses whether a simulated eye's process follows the wall clock or its
+// controller.
 // Used by open_device. Source: docs/devices.md, "Wall clock or lockstep".
 #pragma once
 
@@ -12,18 +13,18 @@ namespace photocoag {
 
 struct EyePace {
   bool lockstep = false;
-  std::string reason;  ///< why lockstep, empty: by the clock
+  std::string reason;  ///< why lockstep; empty: by the clock
 
   /// One line for the user.
   std::string describe() const;
 };
 
-/// What is known before the first pulse: the setting, the privileges of both, the cores. Throws
-/// Error if lockstep is asked for and the eye's faults take wall time.
+/// Decides before the first pulse, from the setting, the privileges of both processes and the
+/// cores. Throws Error if lockstep is requested and the eye's faults need wall time.
 EyePace choose_pace(const Config& config, const EyeWelcome& eye, bool own_priority, int cores);
 
-/// What the baseline, made by the clock, has shown: the share of its pulses that came or were taken
-/// in late.
+/// Decides after a baseline by the clock. `late`: fraction of its pulses that were answered or read
+/// late.
 EyePace pace_after_baseline(const Config& config, const EyeWelcome& eye, double late);
 
 }  // namespace photocoag

@@ -31,7 +31,7 @@ bool answers(const std::string& socket) {
 EyeProcess::EyeProcess(const std::filesystem::path& config_file,
                        const std::vector<std::string>& arguments, bool once)
     : once_(once) {
-  // A name in the kernel: no folder, nothing left behind by a program that is killed.
+  // An abstract name: no folder, nothing left behind by a killed program.
   std::random_device random;
   socket_ = fmt::format("@photocoag-eye-{}-{:08x}{:08x}", getpid(), random(), random());
   std::vector<std::string> words = {"photocoag", "eye",   "--config", config_file.string(),

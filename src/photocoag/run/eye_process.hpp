@@ -1,4 +1,4 @@
-// Role: the program; the simulated eye's process, started and ended. Used by `treat --device eye`,
+// Role: the program; starts and ends the simulated eye's process. Used by `treat --device eye`,
 // apps. Source: docs/devices.md.
 #pragma once
 
@@ -8,12 +8,12 @@
 
 namespace photocoag {
 
-/// Starts `photocoag eye` with the configuration file for the time of its life, at an abstract
-/// socket. `once`: it ends by itself with its first controller, else it is asked to; in any case
-/// with this process.
+/// Runs `photocoag eye` with the configuration file during its lifetime, at an abstract socket.
+/// `once`: the eye ends with its first controller, else by SIGTERM from the destructor; in any case
+/// it ends with this process.
 class EyeProcess {
  public:
-  /// Throws DeviceError if it does not come up.
+  /// Throws DeviceError if it does not start.
   EyeProcess(const std::filesystem::path& config_file, const std::vector<std::string>& arguments,
              bool once = true);
   ~EyeProcess();

@@ -1,6 +1,6 @@
-// Role: the program; full temperature fields after a history of powers, from the full-order or the
-// reduced model. Used by `field`, `treat`, `simulate`. Boundary: TemperatureField carries units in
-// its names.
+// Role: the program; full temperature fields after a sequence of powers, from the full-order or the
+// reduced model. Used by `field`, `treat`, `simulate`, session, python. Units: in
+// TemperatureField's names; powers in W.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +17,9 @@ namespace photocoag {
 enum class FieldModel { kFull, kReduced };
 
 /// Fields at the ends of the periods `after` (ascending numbers of periods, 0: cold) of an eye with
-/// config.plant's absorption factor and discretization, powers held for config.control.period each.
-/// `full`: of the same tissue; the reduced model is made from it as [model] says. Precondition: no
-/// entry of `after` exceeds powers.size(). Throws Error if the reduction does.
+/// config.plant's absorption factor and discretization, `powers`, W, held for config.control.period
+/// each. `full`: of the same tissue; the reduced model is made from it as [model] says.
+/// Precondition: no entry of `after` exceeds powers.size(). Throws Error if the reduction does.
 std::vector<TemperatureField> temperature_fields(const std::shared_ptr<const FullOrderModel>& full,
                                                  FieldModel model, const Config& config,
                                                  const std::vector<double>& powers,

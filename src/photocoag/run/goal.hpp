@@ -1,7 +1,7 @@
-// Role: online; when a treatment has had what it needs. Used by run. Source: docs/equations.md
-// (E24) for the dose. Judged by the estimate, as the true peak cannot be measured: a limit that
-// must hold whatever the estimate says is the supervisor's (safety.thermal_dose_max). Real time:
-// reached() is noexcept, no allocation.
+// Role: online; whether a treatment's goal is reached. Used by run. Source: docs/equations.md (E24)
+// for the dose. Based on the estimate, as the true peak cannot be measured; the limit that does not
+// rely on it is the supervisor's (safety.thermal_dose_max). Real time: reached() is noexcept, no
+// allocation.
 #pragma once
 
 #include "photocoag/config/config.hpp"
@@ -22,7 +22,7 @@ class GoalWatch {
         ambient_(config.tissue.ambient_celsius),
         celsius_(ambient_) {}
 
-  /// Once per cycle, with the estimate at its end, K.
+  /// Once per cycle; `peak`: estimate at its end, K.
   void add(double peak) noexcept {
     const double next = ambient_ + peak;
     dose_ += damage_over(kPublishedDamage[0], celsius_, next, period_);
@@ -30,7 +30,7 @@ class GoalWatch {
     if (photocoag::reached(peak, peak_reference_)) held_ += period_;
   }
   bool reached() const noexcept {
-    // Half a period of slack for what is a sum of periods.
+    // Half a period of slack for rounding of the sum.
     if (goal_ == Goal::kHold) return held_ + 0.5 * period_ > hold_;
     return goal_ == Goal::kDose && dose_ >= wanted_dose_;
   }

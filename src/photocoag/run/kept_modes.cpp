@@ -75,7 +75,7 @@ std::optional<SymmetricEigen<double>> read_modes(const fs::path& path, const Vec
     if (!are_eigenpairs(eigen, diagonal, off_diagonal)) return std::nullopt;
     return eigen;
   } catch (const Error&) {
-    return std::nullopt;  // made again, and the file replaced
+    return std::nullopt;  // recomputed, and the file replaced
   }
 }
 
@@ -94,7 +94,7 @@ void drop_the_oldest(const fs::path& folder) {
 void write_modes(const fs::path& path, const SymmetricEigen<double>& eigen) {
   try {
     fs::create_directories(path.parent_path());
-    // A link or a pipe with that name is nobody's wish: the place is the cache's own.
+    // Replace links and pipes too: the folder belongs to the cache.
     const fs::file_status there = fs::symlink_status(path);
     if (fs::exists(there) && !fs::is_regular_file(there)) fs::remove(path);
     std::string body = bytes_of(eigen.values);
@@ -103,7 +103,7 @@ void write_modes(const fs::path& path, const SymmetricEigen<double>& eigen) {
     write_file(path.string(), std::string(kMagic) + checksum(body) + body);
     drop_the_oldest(path.parent_path());
   } catch (const std::exception&) {
-    // A cache that cannot be written costs some milliseconds at the next start, nothing else.
+    // A cache that cannot be written only costs some milliseconds at the next start.
   }
 }
 
@@ -116,7 +116,7 @@ Diagonalize kept_modes(std::string folder) {
         sha256_hex(std::string(source_hash()) + bytes_of(diagonal) + bytes_of(off_diagonal));
     const fs::path path = fs::path(folder) / fmt::format("modes-{}.bin", key.substr(0, 32));
     if (auto kept = read_modes(path, diagonal, off_diagonal)) {
-      std::error_code error;  // it was used
+      std::error_code error;  // mark as used
       fs::last_write_time(path, fs::file_time_type::clock::now(), error);
       return *std::move(kept);
     }

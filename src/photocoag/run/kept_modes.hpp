@@ -1,6 +1,6 @@
-// Role: setup; eigenpairs of the full-order model in the folder of cached models: most of what
-// `simulate` and `treat` compute before they start. Used by run. The file's name is a hash of the
-// matrix and of all sources; what is read has a checksum and is held against the matrix.
+// Role: setup; caches eigenpairs of the full-order model, most of the start-up time of `simulate`
+// and `treat`, in the model cache's folder. Used by run. A file's name is a hash of the matrix and
+// of all sources; its content has a checksum and is checked against the matrix.
 #pragma once
 
 #include <string>
@@ -9,10 +9,11 @@
 
 namespace photocoag {
 
-/// Of the files only so many stay, those used last.
+/// Files kept: the most recently used.
 inline constexpr std::size_t kMostKeptModes = 8;
 
-/// Reads and writes `folder`; without one, or with a file that is no good, computes. The same bits.
+/// Reads and writes `folder`; without a folder or a valid file it computes. Bit-identical either
+/// way.
 Diagonalize kept_modes(std::string folder);
 
 }  // namespace photocoag

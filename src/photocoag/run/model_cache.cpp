@@ -56,7 +56,7 @@ std::string cache_key(const Tissue& tissue, const GridSettings& grid,
   return sha256_hex(text).substr(0, 32);
 }
 
-/// What a model in the cache must be, whatever its file's name says.
+/// Properties that a cached model must have, whatever its file's name.
 struct Wanted {
   const Tissue& tissue;
   const ReductionSettings& reduction;
@@ -83,7 +83,7 @@ std::optional<ReducedModel> read_cached(const std::string& path, const Wanted& w
     wanted.check(model, estimator);
     return model;
   } catch (const Error&) {
-    return std::nullopt;  // damaged, or another: made again, and the file replaced
+    return std::nullopt;  // damaged or another model: made again, and the file replaced
   }
 }
 
@@ -91,14 +91,14 @@ void write_cached(const std::string& path, const ReducedModel& model) {
   if (path.empty()) return;
   try {
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-    // A link or a pipe with that name is nobody's wish: the place is the cache's own.
+    // Replace links and pipes too: the folder belongs to the cache.
     const std::filesystem::file_status there = std::filesystem::symlink_status(path);
     if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
       std::filesystem::remove(path);
     }
     save_reduced_model(model, path);
   } catch (const std::exception&) {
-    // A cache that cannot be written costs half a second at the next start, nothing else.
+    // A cache that cannot be written only costs half a second at the next start.
   }
 }
 

@@ -1,5 +1,5 @@
 // Role: setup; full-order and reduced models for a configuration, the reduced one cached. Used by
-// the program.
+// run, population, campaign, python, apps.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ std::string cache_folder();
 /// Models of one configuration, built when first asked for.
 class ModelStore {
  public:
-  /// use_cache: read and write the cache folder. The bytes of a model do not depend on it.
+  /// `use_cache`: read and write the cache folder. The models do not depend on it.
   ModelStore(const Config& config, bool use_cache, Progress progress = {});
 
   /// The full-order model of [tissue] (what the controller's model is made from).
@@ -27,8 +27,8 @@ class ModelStore {
   /// The full-order model of the simulated eye: [tissue] with [plant.tissue].
   std::shared_ptr<const FullOrderModel> plant_full();
   /// The controller's reduced model: model.file, or reduced now, or from the cache. Throws Error if
-  /// model.file does not fit the configuration (period, discretization, tissue), or if a model from
-  /// anywhere does not respond as the tissue does (check_model).
+  /// model.file does not fit the configuration (period, discretization, tissue), or if the model,
+  /// whatever its source, does not respond as the tissue does (check_model).
   const ReducedModel& reduced();
   /// A reduced model of the simulated eye for plant.model = "reduced", with the plant's
   /// discretization.
@@ -38,7 +38,7 @@ class ModelStore {
  private:
   std::shared_ptr<const FullOrderModel> make_full(const Tissue& tissue) const;
   ReducedModel load() const;
-  /// `belief`: whose quantities the model carries too; null: none.
+  /// `belief`: quantities that the model also carries; null: none.
   ReducedModel make(const Tissue& tissue, Discretization discretization,
                     std::shared_ptr<const FullOrderModel> (ModelStore::*full)(),
                     const Belief* belief);

@@ -1,6 +1,7 @@
-// Role: online; what `treat` sees of its loop: durations, records into the log and to who looks on,
-// progress, the treatment's goal and a stop flag. Used by run. Source: docs/realtime.md. Real time:
-// all calls of the loop are noexcept, bounded, allocation-free. Threads: the loop's.
+// Role: online; a treatment's LoopObserver: durations, records to the log and to live viewers,
+// progress, the treatment's goal and a stop flag. Used by run, fault_table. Source:
+// docs/realtime.md. Real time: all calls of the loop are noexcept, bounded, allocation-free.
+// Threads: the loop's.
 #pragma once
 
 #include <atomic>
@@ -17,36 +18,36 @@
 
 namespace photocoag {
 
-/// Durations of the cycles' parts; every cycle counts once in each.
+/// Durations of the parts of a cycle; every cycle counts once in each.
 struct CycleHistograms {
   explicit CycleHistograms(double period = 0.0)
       : wake_late(period), compute(period), write(period), slack(period) {}
   DurationHistogram wake_late;  ///< from the end of the period to the wake-up
-  DurationHistogram compute;    ///< read, check, estimate, solve, gate; no eye
+  DurationHistogram compute;    ///< read, check, estimate, solve, gate; without the simulated eye
   DurationHistogram write;      ///< the device's write call
   DurationHistogram slack;      ///< from the end of the write to the next deadline
 };
 
-/// The same in ns, cycle by cycle.
+/// Durations in ns, cycle by cycle.
 struct LoopTiming {
   std::vector<std::int64_t> wake_late;
   std::vector<std::int64_t>
       cycle;  ///< all work from the wake-up on: a simulated eye's and the log's
 };
 
-/// Where it all goes, and what may end it. Pointers may be null.
+/// Outputs of the observer, and what may end the loop. Pointers may be null.
 struct Watch {
   const std::atomic<bool>* stop = nullptr;
   std::atomic<std::size_t>* progress = nullptr;  ///< finished cycles
   LogWriter* log = nullptr;
-  SpscRing<LogRecord>* live = nullptr;  ///< what finds it full is dropped
+  SpscRing<LogRecord>* live = nullptr;  ///< if full, cycles are dropped
   GoalWatch goal = {};
 };
 
 class TreatmentObserver {
  public:
-  /// timed: cycles whose durations there is room for; 0: the device's clock is not the monotonic
-  /// one.
+  /// `timed`: number of cycles to keep durations of; 0: none, the device's clock is not the
+  /// monotonic one.
   TreatmentObserver(double period, std::size_t timed, Watch watch)
       : watch_(watch),
         period_ns_(static_cast<std::int64_t>(period * 1e9 + 0.5)),
@@ -74,7 +75,7 @@ class TreatmentObserver {
     LogRecord logged(record, end);
     if (timed_) measure(end.sample, logged);
     if (watch_.log != nullptr) watch_.log->record(logged);
-    if (watch_.live != nullptr) watch_.live->push(logged);  // full: the onlooker sees a gap
+    if (watch_.live != nullptr) watch_.live->push(logged);  // full: the viewer sees a gap
     if (timed_ && decided_ns_ != 0) add(timing_.cycle, monotonic_ns() - end.sample.now_ns);
   }
   bool goal_reached(const CycleRecord& record) noexcept {

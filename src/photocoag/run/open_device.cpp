@@ -17,13 +17,13 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Tissue that nothing heats.
+// Tissue that stays cold.
 struct ColdPlant {
   void step(double) noexcept {}
   Outputs outputs() const noexcept { return {}; }
 };
 
-// A device that cannot be had is a device's fault, not bad input.
+// A device that cannot be opened is a device fault, not bad input.
 template <typename F>
 void of_the_device(F&& open) {
   try {
@@ -34,8 +34,7 @@ void of_the_device(F&& open) {
   }
 }
 
-// Observe takes what scheduling it gets, and waits for an eye that did not get any; enforce does
-// not.
+// With "observe" there may be no real-time scheduling, so wait longer for the eye.
 double patience_of(const Config& config) {
   return config.safety.real_time == RealTimeMode::kEnforce
              ? 1.5
@@ -51,7 +50,7 @@ void require_fitting(const EyeDevice& device, const Config& config, int pulses) 
   if (device.welcome().power_max < config.control.power_max * (1.0 - 1e-9)) {
     throw DeviceError(ErrorParts{.where = "eye",
                                  .key = "control.power_max_W",
-                                 .problem = "the eye's laser takes less",
+                                 .problem = "the eye's laser accepts less",
                                  .found = fmt::format("{:g} W", config.control.power_max),
                                  .accepted = fmt::format("at most {:g} W, of its own configuration",
                                                          device.welcome().power_max)});
@@ -60,11 +59,11 @@ void require_fitting(const EyeDevice& device, const Config& config, int pulses) 
 
 }  // namespace
 
-// Not on the treatment's own tissue, which stays cold whatever the test does.
+// On separate tissue, so that the treatment's own stays cold.
 SelfTestReport self_test_eye(const Config& config, bool log_has_room) {
   SimulatedEye device(ColdPlant(), config.plant.noise, config.run.seed,
                       {.delay = config.control.delay});
-  constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise that no treatment draws
+  constexpr std::uint64_t kNever = std::uint64_t{1} << 40;  // noise used by no treatment
   return self_test(device, config.control, log_has_room, kNever);
 }
 

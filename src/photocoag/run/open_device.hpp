@@ -1,6 +1,6 @@
-// Role: the program; the built-in devices as a treatment finds them: what it must know of each
-// beyond the calls of the loop. Here, and nowhere else, a treatment on one differs from that on
-// another. Used by run. Source: docs/devices.md. Units: SI.
+// Role: the program; opens the built-in devices and provides what a treatment needs of each beyond
+// the calls of the loop. The only place where treatments differ by device. Used by run. Source:
+// docs/devices.md. Units: SI.
 #pragma once
 
 #include <concepts>
@@ -30,19 +30,19 @@ namespace photocoag {
 template <typename O>
 concept OpenDevice = requires(O open, const O& constant, bool log_has_room, std::size_t cycles,
                               Treatment& treatment) {
-  typename O::Refusal;                             // Error of a self-test not passed
-  { O::kAnySolver } -> std::convertible_to<bool>;  // or `dense` alone
+  typename O::Refusal;                             // exception of a failed self-test
+  { O::kAnySolver } -> std::convertible_to<bool>;  // false: `dense` only
   { open.device() } -> Device;
-  { constant.model() } -> std::same_as<const ReducedModel&>;  // what the controller is told
+  { constant.model() } -> std::same_as<const ReducedModel&>;  // the controller's model
   { constant.timed() } -> std::same_as<bool>;                 // its clock is the monotonic one
   { constant.limits() } -> std::same_as<SafetyLimits>;
   { constant.observer() } -> std::same_as<ObserverModel>;
   { open.self_test(log_has_room) } -> std::same_as<SelfTestReport>;
   open.begin(cycles);      // the next period is cycle 0
-  open.finish(treatment);  // what only the device knows
+  open.finish(treatment);  // adds the device's own report
 };
 
-/// The simulated eye of this process; with a ClockPace by the clock.
+/// The simulated eye of this process; paced by the clock if C is ClockPace.
 template <Pace C>
 class OpenSimulatedEye {
  public:
@@ -50,7 +50,8 @@ class OpenSimulatedEye {
   static constexpr bool kAnySolver = true;
   static constexpr bool kPaced = requires(C pace) { pace.start(); };
 
-  /// `config` and what `plant` refers to must outlive this. states: full-order, 0 of another plant.
+  /// `config` and what `plant` refers to must outlive this. `states`: of the full-order model; 0
+  /// for a user's plant.
   OpenSimulatedEye(const Config& config, const ReducedModel& model, OwnPlant plant,
                    std::size_t states, const PlantMismatch& mismatch)
       : config_(config),
@@ -82,14 +83,13 @@ class OpenSimulatedEye {
   SimulatedEye<OwnPlant, C> device_;
 };
 
-/// The simulated eye of another process: connected, its cold pulses measured, by the clock or in
-/// lockstep.
+/// The simulated eye of another process: connected, baseline measured, by the clock or in lockstep.
 class OpenEye {
  public:
   using Refusal = DeviceError;
   static constexpr bool kAnySolver = false;
 
-  /// `config` must outlive this. Throws DeviceError; Error where a key of the configuration is bad.
+  /// `config` must outlive this. Throws DeviceError; Error if a key of the configuration is bad.
   OpenEye(const Config& config, DeviceAddress place, ModelStore& models, const RealTime& granted);
 
   EyeDevice& device() noexcept { return *device_; }
@@ -136,7 +136,7 @@ class OpenDriver {
   std::optional<LastResort<DriverDevice>> last_resort_;
 };
 
-/// use(open) with the simulated eye of this process: on a plant of one's own, or on `eye`.
+/// Calls use(open) with the simulated eye of this process: on the user's plant, or on `eye`.
 template <Pace C, typename Use>
 void with_simulated_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
                         const PlantMismatch& mismatch, const std::optional<OwnPlant>& own,
@@ -155,8 +155,8 @@ void with_simulated_eye(const Config& config, const ReducedModel& model, const E
   with_plant(config, eye.full, eye.reduced, with_ours);
 }
 
-/// use(open) with the device at `place`, whose models are there already. Throws Error, of a device
-/// DeviceError.
+/// Calls use(open) with the device at `place`, whose models are already loaded. Throws Error, for a
+/// device DeviceError.
 template <typename Use>
 void open_device(const Config& config, const DeviceAddress& place, ModelStore& models,
                  const RealTime& granted, Use use) {

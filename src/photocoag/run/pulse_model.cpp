@@ -16,10 +16,10 @@ namespace photocoag {
 PulseAveragedMode pulse_averaged_mode(double decay, int pulses) {
   const auto m = static_cast<double>(pulses);
   PulseAveragedMode seen{.before = 0.0, .power = 0.0};
-  if (decay <= 0.0) return seen;             // gone before any pulse could hear it
+  if (decay <= 0.0) return seen;             // gone before any pulse
   const double exponent = -std::log(decay);  // l T
   const double per_pulse = std::exp(-exponent / m);
-  // A pulse of u T / m, relative to (1 - decay) / l, what the whole period adds per watt.
+  // A pulse of u T / m, relative to (1 - decay) / l, the whole period's contribution per watt.
   const double share = exponent / (m * -std::expm1(-exponent));
   double left = 1.0;    // of the state before the period
   double pulsed = 0.0;  // from the pulses before
@@ -29,15 +29,15 @@ PulseAveragedMode pulse_averaged_mode(double decay, int pulses) {
     left *= per_pulse;
     pulsed = per_pulse * (pulsed + share);
   }
-  // Pulses leave a mode with less at the end of a period than constant power, always by the same
-  // factor: so it was at its start as well.
+  // Under pulses a mode at the end of a period is smaller than under constant power by a fixed
+  // factor, and so it was at its start.
   seen.before *= pulsed;
   return seen;
 }
 
 namespace {
 
-// What a mode of this rate, 1/s, lacks per watt when pulses hear it, at the steady state.
+// Steady-state shortfall per watt of a mode of this rate, 1/s, when sampled by pulses.
 double shortfall(double rate, double pulse_period) {
   const double exponent = rate * pulse_period;
   return (1.0 - exponent / std::expm1(exponent)) / rate;
@@ -100,7 +100,7 @@ Eigen::MatrixXd terms_of(const PromptFeedthrough& feed, const ReducedModel& mode
     }
     wanted[s] = feed(at);
   }
-  // The smallest X of all that fit: nothing large may cancel.
+  // Minimum-norm X: avoids cancellation of large terms.
   const Eigen::VectorXd x = shortest_least_squares(rows, wanted, 1e-8);
   return Eigen::Map<const Eigen::MatrixXd>(x.data(), n, terms);
 }
@@ -158,7 +158,7 @@ ReducedModel pulse_averaged_model(const ReducedModel& model, int pulses,
   const Eigen::Index n = model.order();
   if (2 * n > kMaxOrder) {
     throw Error(ErrorParts{.key = "model.order",
-                           .problem = "samples by pulses need two states for each",
+                           .problem = "samples by pulses double the number of states",
                            .found = fmt::format("{}", n),
                            .accepted = fmt::format("at most {}", kMaxOrder / 2)});
   }
@@ -213,14 +213,14 @@ void average_between_samples(ObserverModel& observer, const IntersampleTiming& t
   const Window window = sample_windows(timing).window[0];
   observer.averaged = true;
   for (std::size_t i = 0; i < kObserverModes; ++i) {
-    // One that is gone within a period has no rate: it is at its steady state at once.
+    // A lag that vanishes within a period has no rate: it is always at its steady state.
     const double decay = observer.decay[i];
     const double exponent = decay > 0.0 ? -std::log(decay) : 0.0;
     observer.seen_before[i] = decay > 0.0 ? mean_decay(exponent, window) : 0.0;
     const double rise = decay > 0.0 ? mean_rise(exponent, window) : 1.0;
     observer.seen_power[i] = rise / (1.0 - decay);
   }
-  // What few lags lump together is taken from the many.
+  // The feedthrough comes from the many lags.
   for (std::size_t j = 0; j < observer.absorptions * observer.choroids; ++j) {
     double difference = 0.0;
     for (std::size_t i = 0; i < kObserverModes; ++i) {

@@ -20,14 +20,14 @@ void add(DurationHistogram& histogram, std::int64_t ns) {
   }
 }
 
-// The last record that is there is not the last one that was made: the disk was full.
+// True if the last record in the log is not the last one produced: the disk was full.
 bool end_is_missing(const LogContent& log) {
   const std::uint64_t seen =
       log.records.empty() ? 0 : static_cast<std::uint64_t>(log.records.back().record) + 1;
   return seen < log.totals.produced;
 }
 
-// Histograms have 2000 bins per ms of period: a header that promises hours is not believed.
+// Histograms have 2000 bins per ms of period: longer ones in a header are not accepted.
 constexpr double kLongestPeriod = 0.1;  // s
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Role: the program; a run folder from the log of a program that could not finish it. Used by
-// `convert`, tests. Source: docs/realtime.md.
+// Role: the program; completes a run folder from its log after a crash. Used by `convert`, session,
+// tests. Source: docs/realtime.md.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace photocoag {
 
-/// The treatment as far as the log goes. Cycles whose records were dropped are missing.
+/// The treatment as far as it was logged. Cycles whose records were dropped are missing.
 Treatment treatment_from(const LogContent& log);
 
 /// Writes run.csv and summary.json beside config.toml and log/. Throws Error if there is a run.csv

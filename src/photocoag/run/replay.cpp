@@ -17,7 +17,7 @@
 namespace photocoag {
 namespace {
 
-/// A recorded run: its device delivers what it delivered then.
+/// A recorded run as an OpenDevice.
 class OpenRecording {
  public:
   using Refusal = Error;
@@ -60,7 +60,8 @@ std::vector<ReplayCycle> replay_of(const RunCsv& run, double period, int delay) 
   std::vector<ReplayCycle> cycles;
   for (const LogRecord& record : run.cycles) {
     ReplayCycle cycle;
-    // Without commands the file says what was applied: what was written `delay` periods before.
+    // Without command columns the file has the applied powers, which were written `delay` periods
+    // earlier.
     const std::size_t shown = cycles.size() + static_cast<std::size_t>(commanded ? 0 : delay);
     cycle.written = commanded                   ? record.authorization.power
                     : shown < run.cycles.size() ? run.cycles[shown].power
@@ -75,7 +76,7 @@ std::vector<ReplayCycle> replay_of(const RunCsv& run, double period, int delay) 
     cycle.sample.time_ns = cycle.sample.now_ns = end * period_ns;
     cycles.push_back(cycle);
   }
-  // A row marked overrun lay behind when the one before it was fetched.
+  // A row marked overrun was already late when the previous one was fetched.
   for (std::size_t k = cycles.size(); k-- > 1;) {
     if (run.cycles[k].overrun) {
       cycles[k - 1].sample.periods_behind = cycles[k].sample.periods_behind + 1;
@@ -92,7 +93,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const RunCsv run = read_run_csv(folder / "run.csv");
   const std::vector<ReplayCycle> cycles = replay_of(run, asked.control.period, asked.control.delay);
   ModelStore models(asked, use_cache);
-  // What the run's controller was told: its margin is found again.
+  // The configuration of the run's controller: its margin is computed again.
   const Config config = told_to_controller(asked, models.reduced());
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
@@ -100,7 +101,7 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   if (pulses) feed = prompt_feedthrough(models.model_full(), models.reduced(), per_period);
   const ReducedModel model = pulses ? pulse_averaged_model(models.reduced(), per_period, feed)
                                     : told_of(models.reduced(), config.estimator.timing);
-  // Only runs on a device say what was commanded.
+  // Only runs on a device have a command column.
   const bool device = run.has("power_command_W");
   OpenRecording open(
       config, model, cycles, device ? device_limits(config) : safety_limits(config),

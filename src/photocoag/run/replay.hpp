@@ -12,14 +12,14 @@
 
 namespace photocoag {
 
-/// The periods of a run as the device delivered them, its commands `delay` periods late. Throws
-/// Error if a column is missing. What run.csv does not hold (converter codes, switches) is taken as
-/// healthy; a power that was written and never applied is NaN.
+/// The periods of a run as the device delivered them; `delay`: periods from a command to its
+/// emission. Data that run.csv does not contain (converter codes, switches) are taken as healthy; a
+/// power that was written but never applied is NaN. Throws Error if a column is missing.
 std::vector<ReplayCycle> replay_of(const RunCsv& run, double period, int delay = 0);
 
 struct ReplayOutcome {
   std::size_t compared = 0;    ///< powers
-  std::size_t differs_at = 0;  ///< first cycle with another power; compared if none
+  std::size_t differs_at = 0;  ///< first cycle with a different power; `compared` if none
   bool same() const noexcept { return differs_at == compared; }
 };
 

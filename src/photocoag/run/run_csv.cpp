@@ -16,8 +16,7 @@ constexpr std::size_t kLargestRun = std::size_t{1} << 30;  // bytes
 std::vector<const CycleField*> columns_of(const Treatment& treatment, bool with_choroid) {
   std::vector<const CycleField*> columns;
   for (const CycleField& field : cycle_fields()) {
-    // What a device emits may differ from what it was told; the simulated eye of this process
-    // obeys.
+    // A device may emit another power than commanded; the simulated eye of this process does not.
     const bool there = field.in_csv == InCsv::kYes || field.in_csv == InCsv::kMayBeEmpty ||
                        (field.in_csv == InCsv::kWithChoroid && with_choroid) ||
                        (field.in_csv == InCsv::kWithDevice && treatment.device);

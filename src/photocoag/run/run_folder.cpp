@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// Median, 99 %, worst and first of durations in ns, in us.
+// Median, 99 %, maximum and first of durations (ns), in us.
 Json percentiles_us(const std::vector<std::int64_t>& ns) {
   if (ns.empty()) return Json::object();
   const double first = static_cast<double>(ns.front()) * 1e-3;
@@ -63,7 +63,7 @@ bool estimates_choroid(const Config& config) {
 
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
-// The absorption factors of an eye behind a driver are nowhere written.
+// The absorption factors of an eye behind a driver are unknown.
 bool is_simulated(const Treatment& treatment) {
   return !treatment.device || !treatment.device->name.starts_with("driver");
 }
@@ -87,7 +87,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment) {
     if (!numbers.time_to_95_percent && reached(peak, config.control.peak_reference)) {
       numbers.time_to_95_percent = record.time;
     }
-    if (!std::isfinite(peak)) continue;  // a device does not tell
+    if (!std::isfinite(peak)) continue;  // unknown on a device
     const double next = config.plant.tissue.ambient_celsius + peak;
     for (std::size_t i = 0; i < kPublishedDamage.size(); ++i) {
       numbers.thermal_dose[i] +=
@@ -171,7 +171,7 @@ std::string summary_json(const Config& config, const Treatment& treatment) {
       {"config_sha256", config_sha256(config)},
       {"version", version()},
       {"source_hash", source_hash()},
-      // A log does not tell.
+      // Not in a log.
       {"loop_wall_s", treatment.wall_seconds > 0.0 ? Json(treatment.wall_seconds) : Json()},
   };
   if (numbers.choroid_error_final) summary["choroid_error_final"] = *numbers.choroid_error_final;

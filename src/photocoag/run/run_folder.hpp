@@ -1,5 +1,5 @@
-// Role: the program; what a run leaves behind. Used by `treat` and `simulate`. Format:
-// docs/run-folder.md. Boundary: every column and key carries its unit.
+// Role: the program; the files of a run. Used by run, session, campaign, study, console, python,
+// apps. Format: docs/run-folder.md. Boundary: every column and key carries its unit.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ namespace photocoag {
 
 /// The numbers of summary.json.
 struct RunSummaryNumbers {
-  /// False: a device has not told a single true temperature. Then the numbers about them stay at
-  /// their defaults, and are null in the file.
+  /// False: no true temperature is known. The numbers about them then keep their defaults and are
+  /// null in the file.
   bool truth_known = true;
   double peak_true_max = 0.0;           ///< K; NaN: not known
   double peak_estimate_max = 0.0;       ///< K
@@ -31,13 +31,13 @@ struct RunSummaryNumbers {
   std::optional<double> choroid_error_final;     ///< the same of beta, if it is estimated
   /// Arrhenius integral at the true peak, one per set of kPublishedDamage; damage at 1.
   std::array<double, kPublishedDamage.size()> thermal_dose{};
-  std::string stopped_for;     ///< empty: ran to its end
-  std::size_t dark_since = 0;  ///< cycle after the last one with light
+  std::string stopped_for;     ///< empty: not stopped
+  std::size_t dark_since = 0;  ///< first cycle after the last one with light
 };
 
 RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);
 
-/// Takes the folder and writes config.toml: from then on the run has a place. Throws Error.
+/// Claims the folder and writes config.toml. Throws Error.
 [[nodiscard]] ClaimedFolder open_run_folder(const std::filesystem::path& folder,
                                             const Config& config);
 /// The same in a new folder below `runs/`, named by UTC time and seed, and a number if need be.
@@ -46,7 +46,7 @@ RunSummaryNumbers summarize(const Config& config, const Treatment& treatment);
 /// run.csv and summary.json. Throws Error.
 void write_run(const std::filesystem::path& folder, const Config& config,
                const Treatment& treatment);
-/// What summary.json says.
+/// Content of summary.json.
 std::string summary_json(const Config& config, const Treatment& treatment);
 /// summary.json alone. Throws Error.
 void write_summary(const std::filesystem::path& folder, const Config& config,

@@ -18,7 +18,7 @@
 namespace photocoag {
 namespace {
 
-// Of the observer's peak: of the cross-check itself, and of linear interpolation between
+// Relative error of the observer's peak: of the cross-check, and of linear interpolation between
 // absorptions.
 constexpr double kObserverError = 2e-3;
 
@@ -34,8 +34,8 @@ ObserverModel fitted_observer(const TissueReference& reference, bool both, doubl
   if (both) {
     observer.absorptions = kObserverAbsorptions / 2;
     observer.choroids = kObserverChoroids;
-    // The last 20 samples of a held temperature are one number for two unknowns: what told them
-    // apart, the rise, has to count for longer.
+    // At a constant temperature 20 samples cannot separate two unknowns: the rise, which does, must
+    // be remembered longer.
     observer.memory = 0.99;
   }
   for (std::size_t j = 0; j < reference.observed; ++j) {
@@ -164,26 +164,26 @@ std::vector<std::string> failed_items(const SelfTestReport& report, const Safety
                     report.samples, SelfTestBounds::kSamples));
   check(std::abs(report.mean) <= bounds.mean,
         fmt::format("mean: {:.3f} K at 0 W, at most {:.3f}; let the tissue cool (a simulated eye: "
-                    "--tell cold), or calibrate anew",
+                    "--tell cold), or calibrate again",
                     report.mean, bounds.mean));
   check(report.sigma <= bounds.sigma_high,
-        fmt::format("noise: {:.3f} K, at most twice plant.noise_K = {:g}; look for what disturbs, "
-                    "or set that key",
+        fmt::format("noise: {:.3f} K, at most twice plant.noise_K = {:g}; find the disturbance, or "
+                    "set that key",
                     report.sigma, limits.noise));
   check(report.sigma >= bounds.sigma_low,
         fmt::format("noise: {:.3f} K, at least half of plant.noise_K = {:g}; is it a live signal? "
                     "Else set that key",
                     report.sigma, limits.noise));
-  check(std::abs(report.power_at_zero) <= kReadbackFloor,
-        fmt::format("power: {:g} W read back with 0 W commanded; close the shutter, see to laser "
-                    "and monitor",
-                    report.power_at_zero));
+  check(
+      std::abs(report.power_at_zero) <= kReadbackFloor,
+      fmt::format(
+          "power: {:g} W read back with 0 W commanded; close the shutter, check laser and monitor",
+          report.power_at_zero));
   check(report.watchdog_tripped,
-        "watchdog: a little power without a further command was not seen to come and to end; see "
-        "to the "
-        "device's watchdog, or free the machine of other work");
-  check(report.model_matches, "model: it is not for this tissue and period; reduce it anew");
-  check(report.solver_exact, "solver: a known problem is not solved to 1e-9; build anew");
+        "watchdog: a small power without a further command did not appear and end as it must; "
+        "check the device's watchdog, or free the machine of other work");
+  check(report.model_matches, "model: it is not for this tissue and period; reduce it again");
+  check(report.solver_exact, "solver: a known problem is not solved to 1e-9; build again");
   check(report.log_has_room, "log: it cannot be written; make room on its disk");
   return failed;
 }

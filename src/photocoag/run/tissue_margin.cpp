@@ -27,12 +27,12 @@ constexpr double kHighDeviations = 3.1;
 constexpr double kSmallestShare = 0.5;
 constexpr int kMaxRounds = 24;
 constexpr double kNear = 0.98;   // of the highest peak: an eye that may become the worst
-constexpr double kSlack = 0.02;  // of the limit: what one treatment foretells of the next, at most
+constexpr double kSlack = 0.02;  // of the limit: most that one treatment predicts of the next
 
 using Signs = std::vector<int>;
 
-// Treatments of an eye: noise in K, a row per period and a column per treatment. Each takes over
-// where the one before, which is shorter, ends.
+// Treatments of an eye: noise in K, a row per period and a column per treatment. Each matrix
+// continues where the previous, shorter one ends.
 using Noise = std::vector<Eigen::MatrixXd>;
 
 struct Eye {
@@ -43,20 +43,20 @@ struct Eye {
   }
 };
 
-// What is known of an eye in a stretch of time, from a treatment with another share or less noise.
+// Prediction for an eye in a time interval, from a treatment with another share or less noise.
 struct Known {
   double peak = std::numeric_limits<double>::infinity();  // K, over the share then
-  double slack = 0.0;                                     // K, what may come on top
+  double slack = 0.0;                                     // K, possible excess over it
 };
 
-// What `sigmas` deviations over the noise (the columns) can make of the peak, period by period.
+// Mean plus `sigmas` deviations of the peak over the noise (the columns), period by period.
 Eigen::VectorXd highest(const Eigen::MatrixXd& peaks, double sigmas) {
   const Eigen::VectorXd mean = peaks.rowwise().mean();
   return mean.array() + sigmas * (peaks.colwise() - mean).rowwise().squaredNorm().array().sqrt() /
                             std::sqrt(static_cast<double>(peaks.cols()));
 }
 
-// Stretches of time since the start: [first[b], first[b + 1]) in periods from 0 on, each some
+// Time intervals since the start: [first[b], first[b + 1]) in periods from 0 on, each about a
 // quarter longer than the one before.
 std::vector<std::size_t> stretches(std::size_t periods) {
   std::vector<std::size_t> first;
@@ -76,7 +76,7 @@ class Search {
         periods_(std::min(config.cycles(), kMaxPeriods)),
         first_(stretches(periods_)),
         shares_(first_.size() - 1, 1.0) {
-    // What a controller refuses is refused here, not in a thread.
+    // Settings that a controller refuses are refused here, not in a thread.
     static_cast<void>(Controller(model, config.control, config.estimator));
     const auto periods = static_cast<Eigen::Index>(periods_);
     const double kelvin = std::max(config.plant.noise, config.estimator.measurement_noise);
@@ -114,7 +114,7 @@ class Search {
     treat(all_, early_, limit_);
     settle(early_);
     survey();
-    // Noise makes other eyes the worst, and so does backing off: until no new eye comes near.
+    // Noise and backing off change which eye is worst: repeat until no new eye comes near.
     std::vector<Eye> near;
     for (auto fresh = add_near(near); !fresh.empty(); fresh = add_near(near)) {
       treat(fresh, closely_, std::min(limit_, foretold(fresh)));
@@ -170,7 +170,7 @@ class Search {
     return 0;
   }
 
-  // The highest that is foretold of these eyes, K.
+  // Highest predicted peak of these eyes, K.
   double foretold(const std::vector<Eye>& eyes) const {
     double most = 0.0;
     for (const Eye& eye : eyes) {
@@ -267,7 +267,7 @@ class Search {
     return {fresh.begin(), fresh.end()};
   }
 
-  // Between two alphas of the coarse grid: what is known of either.
+  // Between two alphas of the coarse grid: the prediction from either.
   void foretell(Eye eye) {
     const int below = eye.alpha - eye.alpha % kCoarse;
     if (below == eye.alpha) return;
@@ -320,10 +320,10 @@ class Search {
   std::size_t periods_;
   std::vector<std::size_t> first_;
   std::vector<double> shares_;  // per stretch
-  double noise_slack_ = 0.0;    // K, what noise may add to a treatment without
+  double noise_slack_ = 0.0;    // K, possible effect of noise on a noise-free treatment
   Eigen::MatrixXd none_;
   Noise early_;    // of the whole set: first without late noise
-  Noise survey_;   // and then with some, to see who comes near
+  Noise survey_;   // and then with some, to find eyes near the limit
   Noise closely_;  // of eyes that come near
   std::vector<Signs> corners_;
   std::vector<std::unique_ptr<const DeclaredEye>> eyes_;

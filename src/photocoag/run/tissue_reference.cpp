@@ -13,26 +13,26 @@
 namespace photocoag {
 namespace {
 
-// Where models are compared; no further than the estimator goes. More alphas than a product of two
-// polynomials of kMaxTerms terms has zeros: an error cannot hide between them.
+// Alphas at which models are compared, within the estimator's bounds. More than a product of two
+// polynomials of kMaxTerms terms has zeros, so an error cannot hide between them.
 constexpr double kCheckedLow = 0.3;
 constexpr double kCheckedHigh = 1.7;
 constexpr int kCheckedAlphas = 29;
 constexpr int kCheckedBetas = 5;
 static_assert(kCheckedAlphas > 2 * (kMaxTerms - 1));
-// The reduction's own runs last so long, whatever a file says of its own.
+// Duration of the reduction's own runs, whatever a file states.
 constexpr double kLeastRun = 0.4;  // s
 constexpr double kTolerance = 0.01;
-// Stated errors are of runs; beyond them reduced models of few states drift: up to 3 % was seen
-// (10 % of the volume temperature where nothing was refined).
+// Stated errors hold for the duration of a run; beyond it models of few states drift: by up to 3 %
+// as observed (10 % of the volume temperature without refinement).
 constexpr double kSteadyTolerance = 0.1;
 // The grid of the full-order model has an error too: 0.04 % at 80,000 cells, in proportion to the
-// area of a cell; 0.9 % was seen at 1,000.
+// area of a cell; 0.9 % observed at 1,000.
 constexpr double kGridError = 10.0;  // times one over the cells
 constexpr double kGridErrorMax = 0.01;
-// A model that says of itself that it is off by more than this is not believed to be the tissue's.
+// A model with a larger stated error is not accepted for the tissue.
 constexpr double kStatedErrorMax = 0.25;
-// How well the cross-check and the full-order model agree on the default grid, with room.
+// Agreement of the cross-check with the full-order model on the default grid, with margin.
 constexpr double kAccuracy = 0.002;
 
 std::vector<double> spread(double low, double high, std::size_t count) {
@@ -70,7 +70,7 @@ std::vector<AbsorptionFactors> checked_absorptions(const EstimatorSettings& esti
                               estimator.choroid_max, kCheckedBetas));
 }
 
-/// One output of one absorption: what the model and the cross-check say for k = 1, 2, …
+/// One output at one absorption: model and cross-check at k = 1, 2, …
 struct Compared {
   std::vector<double> model;
   std::vector<double> reference;
@@ -125,7 +125,7 @@ BothOutputs responses_of(const ReducedModel& model, AbsorptionFactors at,
   return both;
 }
 
-/// What on/off powers of 0 or 1 W make of the errors of the impulse response, period by period.
+/// Effect of impulse-response errors under on/off powers of 0 or 1 W, period by period.
 struct OnOffError {
   explicit OnOffError(const Compared& compared) : output(compared) {}
 
@@ -215,9 +215,9 @@ struct Judge {
     }
   }
 
-  /// `found`: the largest error so far that powers from 0 to 1 W make.
+  /// `found`: the largest error so far under powers from 0 to 1 W.
   void claims(const char* key, double claim, const OnOffError& found, AbsorptionFactors at) const {
-    // On/off powers add up what a grid gets wrong early and late.
+    // On/off powers add up the grid's early and late errors.
     const double accuracy = (kAccuracy + 1.5 * grid) * found.output.reference.back();
     if (found.largest() <= claim + accuracy) return;
     refuse(
@@ -228,8 +228,7 @@ struct Judge {
   }
 };
 
-// What beta is to the observer, where it may not take it as known: estimated, or the absorption of
-// a layer that the prior has.
+// The observer's beta if it is unknown: estimated, or the absorption of a layer in the prior.
 struct UnknownBeta {
   double low = 0.0;
   double high = 0.0;
@@ -299,7 +298,7 @@ void check_model(const ReducedModel& model, const Tissue& tissue,
   const auto reference = tissue_reference(tissue, estimator, model.period);
   const double cells = static_cast<double>(std::max<std::size_t>(model.full_order_states, 1));
   const Judge judge{model, where, std::min(kGridErrorMax, kGridError / cells)};
-  // The run that the stated error is of, if that is not absurd.
+  // The run of the stated error, within reasonable bounds.
   const double run = std::clamp(model.error.duration, kLeastRun, 1.0) / model.period;
   const auto periods = static_cast<std::size_t>(std::clamp(std::round(run), 8.0, 10'000.0));
   for (std::size_t j = reference->observed; j < reference->at.size(); ++j) {

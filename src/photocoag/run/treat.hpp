@@ -1,6 +1,5 @@
-// Role: the program; the one pipeline of all treatments, whatever the device: controller,
-// self-test, supervisor, loop, and what is measured of it. Used by run. Source:
-// docs/architecture.md.
+// Role: the program; the pipeline of all treatments on any device: controller, self-test,
+// supervisor, loop, measurements of the loop. Used by run. Source: docs/architecture.md.
 #pragma once
 
 #include <chrono>
@@ -21,7 +20,7 @@
 
 namespace photocoag {
 
-/// What every treatment gets from its caller; nothing is needed.
+/// What a caller may pass to a treatment.
 struct LoopContext {
   Watch watch = {};
   Onlooker onlooker = {};
@@ -29,7 +28,8 @@ struct LoopContext {
   bool log_is_good() const noexcept { return watch.log == nullptr || watch.log->healthy(); }
 };
 
-/// The closed loop on this thread: `treatment` gets as many records as it has room for.
+/// Runs the closed loop on this thread; treatment.records is allocated by the caller and limits the
+/// number of cycles.
 template <Controlling C, OpenDevice O, Supervision S>
 void close_loop(const Config& config, C& controller, O& open, S& supervisor,
                 const LoopContext& context, Treatment& treatment) {
@@ -53,17 +53,19 @@ void close_loop(const Config& config, C& controller, O& open, S& supervisor,
   treatment.records.resize(treatment.outcome.cycles);
 }
 
-/// Self-test, supervisor, loop. Throws O::Refusal before the loop only.
+/// Self-test, supervisor, loop. Throws O::Refusal only before the loop.
 template <Controlling C, OpenDevice O>
 void treat_with(const Config& config, C& controller, O& open, const LoopContext& context,
                 Treatment& treatment) {
   if (!config.safety.supervised) {
-    open.self_test(context.log_is_good());  // nobody looks, but the device has shown what it does
+    open.self_test(
+        context
+            .log_is_good());  // the report is ignored, but the device goes through the same steps
     Unsupervised none;
     close_loop(config, controller, open, none, context, treatment);
   } else {
     const SafetyLimits limits = open.limits();
-    const ObserverModel observer = open.observer();  // takes its time, which no device waits for
+    const ObserverModel observer = open.observer();  // may take long: before the device is used
     const SelfTestReport report = open.self_test(context.log_is_good());
     if (context.onlooker.self_tested) context.onlooker.self_tested(report, limits);
     auto supervisor = begun_supervisor<typename O::Refusal>(limits, observer, report);
@@ -72,8 +74,8 @@ void treat_with(const Config& config, C& controller, O& open, const LoopContext&
   open.finish(treatment);
 }
 
-/// use(controller) with one that has warmed up: a dummy cycle, then a new controller in the same
-/// place, so that the treatment's first cycle finds code and memory warm.
+/// Calls use(controller) after a warm-up: a dummy cycle, then a new controller in the same place,
+/// so that the treatment's first cycle finds code and memory warm.
 template <PredictiveController M, typename Use>
 void with_warm(const Config& config, const ReducedModel& model, Use use) {
   std::optional<BasicController<M>> place;
@@ -83,8 +85,8 @@ void with_warm(const Config& config, const ReducedModel& model, Use use) {
   use(place.emplace(model, config.control, config.estimator));
 }
 
-/// One treatment on a device that is open, with the configuration's controller. Throws Error before
-/// the loop only.
+/// One treatment on an open device with the configuration's controller. Throws Error only before
+/// the loop.
 template <OpenDevice O>
 void treat(const Config& config, O& open, const LoopContext& context, Treatment& treatment) {
   const auto use = [&](auto& controller) {

@@ -21,7 +21,8 @@ Treatment with_room(const Config& config) {
   return treatment;
 }
 
-// run(granted) on a thread of its own with what real time the system grants; throws what it throws.
+// Calls run(granted) on a new thread with the real-time scheduling that the system grants;
+// rethrows.
 template <typename F>
 void on_a_real_time_thread(int core, Treatment& treatment, F run) {
   std::exception_ptr failure;
@@ -38,7 +39,7 @@ void on_a_real_time_thread(int core, Treatment& treatment, F run) {
   if (failure) std::rethrow_exception(failure);
 }
 
-// Those that open_device() asks for, before there is a thread that treats.
+// Loads the models that open_device() needs, before the treatment's thread exists.
 void load_models(const Config& config, const DeviceAddress& place, ModelStore& models) {
   models.reduced();
   if (place.eye()) models.model_full();

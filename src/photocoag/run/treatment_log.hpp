@@ -13,14 +13,14 @@
 
 namespace photocoag {
 
-/// A log in `folder`, of a treatment on `device` (empty: the simulated eye of this process), with
-/// room in its ring for a second of cycles, if options.ring_records is 0. Throws Error where the
-/// log cannot be started or the disk has no room for the treatment.
+/// A log in `folder` for a treatment on `device` (empty: the simulated eye of this process);
+/// options.ring_records = 0: room for one second of cycles. Throws Error if the log cannot be
+/// started or the disk is too full for the treatment.
 std::unique_ptr<LogWriter> start_log(const Config& config, ModelStore& models,
                                      const std::filesystem::path& folder, std::string device,
                                      LogOptions options = {});
 
-/// Writes what is left and says how it ended.
+/// Writes what is left; returns how the log ended.
 LogOutcome finish_log(LogWriter& log);
 
 }  // namespace photocoag
