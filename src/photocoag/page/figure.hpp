@@ -1,7 +1,7 @@
-// Role: offline; figures of reports, studies and documents as SVG. Used by report, study, campaign,
-// the program. Source: the paper's figures (panels over one axis). Rules: colour-blind-safe, never
-// colour alone, red for limits and alarms only.
-// Differences: colours are classes (pc-…), so that one drawing serves light and dark; no id, no
+// Role: offline; figures of reports, studies and documents as SVG. Used by page, report, study,
+// campaign, apps. Source: the paper's figures (panels over one axis). Rules: colour-blind-safe,
+// never colour alone, red for limits and alarms only.
+// Differences: colours are classes (pc-…), so that one drawing works in light and dark; no id, no
 // time stamp, no program version: the same data give the same bytes, and any number of figures fit
 // on one page. Units: the caller's; say them in Panel::title and Figure::x_label ("time in ms").
 // Real-time promise: none. Threads: functions may be called from any thread.
@@ -16,10 +16,11 @@
 
 namespace photocoag {
 
-/// What a mark means; the colour follows (Okabe-Ito hues, adapted to a light and a dark page).
+/// Meaning of a mark, which determines its colour (Okabe-Ito hues, adapted to light and dark
+/// pages).
 enum class Ink {
-  kSeries1,  ///< blue: by custom the true value
-  kSeries2,  ///< orange: by custom the estimate
+  kSeries1,  ///< blue: by convention the true value
+  kSeries2,  ///< orange: by convention the estimate
   kSeries3,  ///< green
   kSeries4,  ///< purple
   kSeries5,  ///< sky blue
@@ -65,7 +66,7 @@ struct Level {
   bool label_below = false;  ///< below the line instead of above
 };
 
-/// Where a field over x and y reaches a value: lines, the area inside, and the value at their foot.
+/// Contour of a field over x and y at one value: lines, the area inside, and a label below.
 struct Contour {
   std::string label = {};
   std::vector<Isoline> lines = {};
@@ -85,7 +86,7 @@ struct Panel {
 
 /// Panels above each other over one x axis.
 struct Figure {
-  std::string description = {};  ///< for people who cannot see it (aria-label)
+  std::string description = {};  ///< for screen readers (aria-label)
   std::string x_label = {};      ///< with unit, e.g. "time in ms"
   double x_min = 0.0;
   double x_max = 1.0;  ///< above x_min
@@ -117,10 +118,10 @@ std::string figure_css(SvgKind kind);
 /// and high for bands; shortest text that reads back to the same number).
 std::string figure_csv(const Figure& figure);
 
-/// Is there a number among them?
+/// True if any value is a number.
 bool has_values(const std::vector<double>& values) noexcept;
 
-/// `start`, then the values: what holds or is there before the first cycle ends.
+/// `start`, the value before the end of the first cycle, followed by the values.
 std::vector<double> with_start(const std::vector<double>& values, double start);
 
 /// At most about `max_points` points of a series that show the same line: of each bin of neighbours

@@ -7,7 +7,7 @@
 namespace photocoag {
 namespace {
 
-// Tags after which a line ends: the file is read and compared as text, too.
+// Tags followed by a line break, since the file is also read and compared as text.
 bool ends_a_line(std::string_view tag) {
   constexpr std::array<std::string_view, 18> kBlocks = {
       "p",  "div", "section", "table", "thead", "tbody",  "tr",      "ul",     "li",

@@ -1,5 +1,5 @@
-// Role: offline; HTML that is safe by default: text becomes HTML by escaping, and in no other way
-// but Html::raw. Used by page, report, study, campaign. Real-time promise: none. Threads: none.
+// Role: offline; HTML that is safe by default: text is always escaped except by Html::raw. Used by
+// page, report, study, campaign. Real-time promise: none. Threads: none.
 #pragma once
 
 #include <concepts>
@@ -19,7 +19,7 @@ class Html {
   /// Text: it is escaped.
   template <std::convertible_to<std::string_view> Text>
   Html(const Text& text) : markup_(escape_html(text)) {}
-  /// Markup as it is, e.g. a drawing or a style of our own.
+  /// Trusted markup, e.g. the program's own drawing or style.
   static Html raw(std::string markup);
 
   Html& operator+=(const Html& more);

@@ -17,7 +17,7 @@ struct Crossing {
   auto operator<=>(const Crossing&) const = default;
 };
 
-// The grid with a ring around it that is outside of everything and has the border's coordinates.
+// The grid with a surrounding ring below every level, at the border's coordinates.
 struct Padded {
   std::vector<double> x, y, values;
   double level;

@@ -1,6 +1,6 @@
 // Role: offline; lines of equal value of a field on a rectangular grid. Used by page, report.
-// Source: marching squares. Differences: every line is closed, along the grid's border if need be,
-// so that it bounds an area. Units: the caller's. Real-time promise: none. Threads: none.
+// Source: marching squares. Differences: every line is closed, if necessary along the grid's
+// border, so that it bounds an area. Units: the caller's. Real-time promise: none. Threads: none.
 #pragma once
 
 #include <cstddef>

@@ -55,7 +55,7 @@ void check(const Figure& figure) {
   }
 }
 
-// Width of a text in a usual sans-serif font, a little on the safe side; SVG has no way to ask.
+// Approximate width of a text in a sans-serif font, slightly overestimated; SVG cannot measure it.
 double text_width(std::string_view text, double font) {
   double em = 0.0;
   for (const char c : text) {

@@ -1,4 +1,4 @@
-// Role: offline; inside of figure: where everything of it lies. Used by page only.
+// Role: offline; internals of figures: layout. Used by page only.
 // Units: px of the drawing, y downwards.
 #pragma once
 
@@ -19,7 +19,7 @@ struct Ticks {
 /// About `wanted` ticks between low and high at 1, 2 or 5 times a power of ten.
 Ticks choose_ticks(double low, double high, double wanted);
 
-/// The sample of line and the words of one legend entry.
+/// One legend entry: line sample and text.
 struct LegendEntry {
   std::string text;
   Ink ink = Ink::kSeries1;

@@ -13,7 +13,7 @@
 namespace photocoag {
 namespace {
 
-// What a content security policy calls a script by: its SHA-256 in base64.
+// A script's hash in a content security policy: SHA-256 in base64.
 std::string policy_hash(std::string_view script) {
   const std::string digits = sha256_hex(script);
   std::vector<unsigned char> bytes;

@@ -1,6 +1,7 @@
-// Role: offline; what all pages share: head, style, script, tables, tiles, figures. Used by report,
-// study, campaign. A page is one file without an asset from outside; its policy lets no other
-// script run than script.cpp's. The same content gives the same bytes. Real-time promise: none.
+// Role: offline; common parts of all pages: head, style, script, tables, tiles, figures. Used by
+// report, study, campaign, session. A page is one self-contained file; its content security policy
+// allows only the script of script.cpp. The same content gives the same bytes. Real-time promise:
+// none.
 #pragma once
 
 #include <string>
@@ -18,43 +19,43 @@ struct PageHead {
   std::string kicker = {};  ///< small, after program and version
   Html headline = {};       ///< empty: the title
   Html line = {};
-  std::string notice = {};    ///< after the research notice
-  std::string_view css = {};  ///< of this page alone
+  std::string notice = {};    ///< text after the research notice
+  std::string_view css = {};  ///< additional style of this page
 };
 
-/// The whole file. Throws nothing but what memory does.
+/// The whole file. Throws only std::bad_alloc.
 std::string page(const PageHead& head, const Html& body);
 
 /// A section with its heading.
 Html section(std::string_view heading, const Html& content);
 
-/// A number that one asks for first, for tiles(); its name, and words about it.
+/// A key number for tiles(), with its name and a note.
 struct Tile {
   std::string name = {}, value = {}, note = {};
 };
 Html tiles(const std::vector<Tile>& all);
 
-/// A table before it is HTML or something else. A line feed in a head breaks the line.
+/// A table independent of its format. A line feed in a heading breaks the line.
 struct Table {
   std::vector<std::string> head;
   std::vector<std::vector<std::string>> rows;  ///< the first cell names its row
 };
-/// In a frame that scrolls sideways. `name`: what it holds, for people who cannot see it.
+/// In a frame that scrolls sideways. `name`: label for screen readers.
 Html table(const Table& table, std::string_view name);
-/// Any other table, framed alike.
+/// The same frame around any other table.
 Html scroll(const Html& table, std::string_view name);
 
-/// Text with a heading that unfolds it; `words` keep their lines.
+/// Text that unfolds below a heading; `words` keeps its line breaks.
 Html unfold(const Html& heading, std::string_view words);
 
 /// Drawn for wide and for narrow pages, with its data for the script. Throws as figure_svg.
 Html figure_element(const Figure& figure);
-/// Two drawings made elsewhere.
+/// The same for two given drawings.
 Html figure_element(const std::string& wide, const std::string& narrow);
 /// Side by side where there is room.
 Html stack(const std::vector<Figure>& figures);
 
-/// The narrow form of a figure: it fits a phone with text of the same size.
+/// The narrow form of a figure, for phones, with text of the same size.
 Figure narrow(Figure figure);
 
 /// The unit in the name of a measure: "K" of "peak_max_K"; empty if there is none.
@@ -65,7 +66,7 @@ std::string number_text(double value, std::string_view unit);
 
 /// The page's style, without the drawings' (figure_css).
 std::string_view page_css() noexcept;
-/// What lets figures zoom, show values and hide series. Without it they stay as they are drawn.
+/// Script for zooming, reading values and hiding series. Without it figures are static.
 std::string_view page_script() noexcept;
 
 }  // namespace photocoag

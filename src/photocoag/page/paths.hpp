@@ -1,5 +1,5 @@
-// Role: offline; inside of figure: the lines and areas of curves, cut at their panel's edges. Used
-// by page only. Units: px of the drawing, y downwards.
+// Role: offline; internals of figures: lines and areas of curves, clipped to their panel. Used by
+// page only. Units: px of the drawing, y downwards.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class Path {
   std::string d_;
 };
 
-/// One panel and where it lies.
+/// One panel and its position.
 struct Place {
   const Figure& figure;
   const Panel& panel;
@@ -37,7 +37,7 @@ struct Place {
   double left() const { return layout.x.from; }
   double right() const { return layout.x.to; }
   double x(double value) const { return layout.x(value); }
-  // On a logarithmic axis a count of 0 lies on its lower end.
+  // On a logarithmic axis a count of 0 is drawn at the lower end.
   double y(double value) const {
     return area.y(area.y.log && value < area.y.min ? area.y.min : value);
   }

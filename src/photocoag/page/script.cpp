@@ -1,6 +1,6 @@
-// The page's script: zoom, a cursor that all figures over the same quantity share, series that
-// hide. It reads the data-… attributes that svg.cpp writes, and redraws curves and ticks as svg.cpp
-// draws them. It fetches nothing and stores nothing.
+// The page's script: zoom, a cursor shared by all figures over the same quantity, hiding of series.
+// It reads the data-… attributes that svg.cpp writes, and redraws curves and ticks as svg.cpp draws
+// them. It fetches nothing and stores nothing.
 #include "photocoag/page/page.hpp"
 
 namespace photocoag {

@@ -1,6 +1,5 @@
-// The drawing of a figure. What the page's script (script.cpp) reads and redraws is in data-…
-// attributes: data-view of the figure, data-panel, and of each curve how it is drawn and its
-// numbers.
+// Draws a figure. The page's script (script.cpp) reads its data from data-… attributes: data-view
+// of the figure, data-panel, and style and numbers of each curve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +38,7 @@ std::vector<Tick> ticks(double low, double high, const Ticks& how, bool log) {
   if (log) {
     for (double value = std::pow(10.0, std::ceil(std::log10(low) - 1e-9));
          value <= high * (1 + 1e-9); value *= how.step) {
-      // Six digits have no room: 100k.
+      // No room for six digits: 100k.
       const bool many = high >= 1e5 && value >= 1e3;
       marks.push_back({value, many ? fmt::format("{:g}{}", value >= 1e6 ? value / 1e6 : value / 1e3,
                                                  value >= 1e6 ? 'M' : 'k')
@@ -93,7 +92,7 @@ constexpr std::string_view word_of(Mark mark) {
   return kWords[static_cast<int>(mark)];
 }
 
-// What is the same in the legend and for the curves that it stands for, in every panel.
+// Key that links a legend entry to its curves in every panel.
 std::string key_of(Ink ink, std::string_view kind, Dash dash) {
   return fmt::format("{} {} {}", class_of(ink), kind == "steps" ? "line" : kind,
                      dash_pattern(dash));
@@ -168,7 +167,7 @@ void draw_contour(std::string& svg, const Place& place, const Contour& contour) 
   stroke(svg, fmt::format("pc-area-{0} pc-line-{0}", class_of(contour.ink)), 0.8, "", path);
 }
 
-// Each at the foot of its lines, where there is room; the outermost first.
+// Labels at the bottom of the lines where there is room, the outermost first.
 void contour_names(std::string& svg, const Place& place) {
   double last = NAN;
   for (const Contour& contour : place.panel.contours) {

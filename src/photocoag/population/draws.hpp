@@ -1,4 +1,4 @@
-// Role: studies; the random numbers of their eyes. Used by population. Real time: noexcept.
+// Role: studies; random numbers for their eyes. Used by population. Real time: noexcept.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace photocoag {
 
-/// Independent numbers of one eye of a study; which is for what is told by the index of the draw.
+/// Independent random numbers of one eye of a study, by the index of the draw.
 class StudyDraws {
  public:
   StudyDraws(int seed, std::uint64_t purpose) noexcept
@@ -23,13 +23,13 @@ class StudyDraws {
   std::uint64_t seed_;
 };
 
-/// What is random about a spot: alpha uniform over [low, high], the declared quantities of
-/// [uncertainty] uniform within theirs, the noise. Seed s gives spot s, whatever else is run.
+/// Random quantities of a spot: alpha uniform over [low, high], the declared quantities of
+/// [uncertainty] uniform within their ranges, the noise. Seed s always gives the same spot s.
 struct SpotRange {
   double alpha_low = 0.35;
   double alpha_high = 1.5;
 
-  /// For a number uniform in (0, 1).
+  /// `number`: uniform in (0, 1).
   double alpha(double number) const noexcept {
     return alpha_low + (alpha_high - alpha_low) * number;
   }

@@ -1,5 +1,5 @@
-// Role: offline; how well the estimator knows the eye and its own error: many closed-loop
-// treatments of simulated eyes, statistics cycle by cycle. Used by `photocoag estimation`, tests.
+// Role: offline; accuracy and consistency of the estimator: many closed-loop treatments of
+// simulated eyes, statistics cycle by cycle. Used by `photocoag estimation`, tests.
 // Source: consistency by NEES and NIS, Bar-Shalom, Li and Kirubarajan (2001), section 5.4;
 // docs/estimation.md. Units: SI.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace photocoag {
 
-/// What the eyes are and what happens to their samples.
+/// Eyes and disturbances of their samples.
 struct EstimationScenario {
   std::string name;
   bool full_order = true;  ///< full-order eye; false: the controller's own reduced model as the eye
@@ -27,14 +27,14 @@ struct EstimationScenario {
   double missing = 0.0;       ///< probability that there is no sample
   std::size_t gap_begin = 0;  ///< no samples in cycles [gap_begin, gap_end)
   std::size_t gap_end = 0;
-  std::size_t bias_begin = 0;  ///< from this cycle on …
-  double bias = 0.0;           ///< … K are added to every sample, for a change that lasts
+  std::size_t bias_begin = 0;  ///< first cycle of a lasting offset of every sample
+  double bias = 0.0;           ///< that offset, K
 };
 
-/// Means over all eyes at the end of one cycle; a squared error counts in units of the variance
-/// that the estimator states, so that 1 is consistent.
+/// Means over all eyes at the end of one cycle; squared errors are relative to the estimator's
+/// stated variance, so that 1 is consistent.
 struct EstimationCycle {
-  double nis = 0.0;          ///< innovation, over the samples that were there
+  double nis = 0.0;          ///< innovation, over the available samples
   double nees = 0.0;         ///< (x, alpha) together per dimension; reduced eyes only, else 0
   double nees_alpha = 0.0;   ///< absorption factor
   double nees_peak = 0.0;    ///< peak temperature
@@ -42,8 +42,8 @@ struct EstimationCycle {
   double rms_peak = 0.0;     ///< K, root mean square error of the peak
   double sigma_alpha = 0.0;  ///< mean of the stated standard deviation
   double moved_alpha = 0.0;  ///< root mean square of estimate - initial value
-  double rejected = 0.0;     ///< part of the samples that the gate rejected
-  double used = 0.0;         ///< samples over all eyes that the estimator used
+  double rejected = 0.0;     ///< fraction of the samples rejected by the gate
+  double used = 0.0;         ///< number of samples used, over all eyes
 };
 
 struct EstimationStatistics {

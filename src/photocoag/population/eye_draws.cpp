@@ -34,7 +34,8 @@ std::vector<double> draw_inputs(const EyeDraws& draws, std::uint64_t eye) {
   const std::size_t size = draws.inputs.size();
   Eigen::VectorXd normal(static_cast<Eigen::Index>(size));
   std::vector<double> values(size);
-  // Outside the bounds: all anew, which is the joint distribution truncated to them.
+  // Rejection sampling: redraw all inputs, which gives the joint distribution truncated to the
+  // bounds.
   for (std::uint32_t attempt = 0; attempt < kMostAttempts; ++attempt) {
     for (std::size_t i = 0; i < size; ++i) {
       const auto stream =

@@ -1,5 +1,5 @@
-// Role: offline; random eyes: quantities of the configuration with a joint distribution, drawn and
-// set. Used by campaign, session. Format: docs/studies.md. Units: those of the keys.
+// Role: offline; random eyes: draws configuration values from a joint distribution and sets them.
+// Used by campaign, session. Format: docs/studies.md. Units: those of the keys.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,19 +21,19 @@ struct EyeDraws {
   Eigen::MatrixXd correlation_root;  ///< lower Cholesky factor of the inputs' correlation
 };
 
-/// Beside kCalibrationFactor no keys of the configuration: the offset of the measured volume
-/// temperature, and the periods, rounded to 0 or 1, until a power is really emitted, whatever
-/// control.delay_cycles says.
+/// Like kCalibrationFactor, not keys of the configuration: the offset of the measured volume
+/// temperature, and the actual delay in periods (rounded to 0 or 1) until a power is emitted,
+/// whatever control.delay_cycles.
 inline constexpr std::string_view kCalibrationOffset = "calibration_offset_K";
 inline constexpr std::string_view kDelay = "delay_cycles";
 
-/// The values of all inputs for an eye: a function of (seed, eye) alone. Throws Error if the bounds
-/// are hardly ever met.
+/// The values of all inputs for an eye: a function of (seed, eye) alone. Throws Error if draws
+/// almost never satisfy the bounds.
 std::vector<double> draw_inputs(const EyeDraws& draws, std::uint64_t eye);
 /// Seed of the measurement noise of an eye.
 std::uint64_t noise_seed(const EyeDraws& draws, std::uint64_t eye) noexcept;
 
-/// Sets inputs of one configuration again and again, without parsing.
+/// Sets inputs of one configuration repeatedly, without parsing.
 class InputSetter {
  public:
   /// Throws Error if a key is not a number of the eye. `config` must outlive it and stay in place.
@@ -41,7 +41,7 @@ class InputSetter {
   void set(const std::vector<double>& values) noexcept;
   double calibration_factor() const noexcept { return factor_; }
   double calibration_offset() const noexcept { return offset_; }
-  std::optional<int> delay() const noexcept;  ///< empty: as the controller believes
+  std::optional<int> delay() const noexcept;  ///< empty: as configured for the controller
 
  private:
   std::vector<EyeNumber> targets_;

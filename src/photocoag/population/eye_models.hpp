@@ -1,5 +1,5 @@
-// Role: studies; what treatments of one eye share, and one of them. Used by study, session.
-// Threads: any number may treat.
+// Role: studies; the models shared by treatments of one eye, and one such treatment. Used by study,
+// session, campaign. Threads: treat_eye() may run concurrently.
 #pragma once
 
 #include <limits>
@@ -21,14 +21,15 @@ struct EyeModels {
   EyeModel eye() const { return {.full = full, .reduced = plant ? &*plant : nullptr}; }
 };
 
-/// Throws Error if the configuration cannot be had.
+/// Throws Error if the models cannot be made.
 EyeModels make_eye_models(const Config& config, bool use_cache);
 
-/// In virtual time on the calling thread; the self-test is taken as passed, as of all the eyes of a
+/// In virtual time on the calling thread; the self-test is assumed passed, as for all eyes of a
 /// population.
 Treatment treat_eye(const Config& config, const ReducedModel& model, const EyeModel& eye);
 
-/// Of the cycles that end after some time; NaN if there are none, or the treatment was stopped.
+/// Statistics of the cycles that end after some time; NaN if there are none or the treatment was
+/// stopped.
 struct Held {
   double error = std::numeric_limits<double>::quiet_NaN();         ///< K, mean of peak - reference
   double deviation = std::numeric_limits<double>::quiet_NaN();     ///< K, of the true peak

@@ -11,12 +11,12 @@
 namespace photocoag {
 namespace {
 
-// Relative standard deviation of what is exactly known; 0 would have no inverse.
+// Relative standard deviation of an exactly known quantity; 0 would make the covariance singular.
 constexpr double kKnown = 1e-5;
 constexpr std::uint64_t kSeed = 20260101;
 constexpr std::uint64_t kMostAttempts = 1000;
 
-// ln q of an eye: drawn from the belief, all anew where one is outside its box.
+// ln q of an eye: drawn from the belief, all redrawn if one is outside its box.
 QuantityVector draw(const Belief& belief, const Eigen::MatrixXd& root, std::uint64_t eye) {
   const auto m = static_cast<Eigen::Index>(belief.quantities.size());
   QuantityVector logs(m);

@@ -1,5 +1,5 @@
-// Role: offline; what limits a treatment of eyes that differ: how well the peak is known, and what
-// it would be worth to know each quantity better. Used by `photocoag information`. Source:
+// Role: offline; how accurately the peak can be known in eyes of a prior, and how much knowing each
+// quantity would improve it. Used by `photocoag information`. Source:
 // docs/uncertainty.md. Units: SI, K. Real time: no.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace photocoag {
 
 /// Means over the eyes, cycle by cycle.
 struct InformationCase {
-  std::string known;               ///< the quantity that is taken as exactly known; empty: none
+  std::string known;               ///< quantity assumed exactly known; empty: none
   std::vector<double> peak_sigma;  ///< K, root mean square of the stated deviation of the peak,
                                    ///< scaled to the reference
   std::vector<double> peak_error;  ///< K, root mean square of the estimated peak's error, likewise
@@ -28,7 +28,7 @@ struct Information {
 };
 
 /// `eyes` treatments of the configuration's prior, closed loop, for each case: the eyes are the
-/// uncertain model's own, so that what is seen is the inference, not the model's error. Throws
+/// uncertain model itself, so that the result shows inference alone, without model error. Throws
 /// Error if the configuration does not use a prior.
 Information information_of(const Config& config, const ReducedModel& model, std::size_t eyes);
 

@@ -1,6 +1,5 @@
-// Role: studies; Algorithm 1 on one eye for who looks at every cycle: no device, no supervisor, no
-// record; and means of what was seen. Used by estimation_study, unknowns_study, information. Units:
-// SI.
+// Role: studies; Algorithm 1 on one eye with a callback per cycle, without device, supervisor or
+// records; and means over cycles. Used by estimation_study, unknowns_study, information. Units: SI.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +12,12 @@
 
 namespace photocoag {
 
-/// Of what the controller decided, all.
+/// The eye gets the controller's power unchanged.
 inline constexpr auto kAllPower = [](double power, std::size_t) { return power; };
 
-/// `power_of(decided, k)`: what the eye gets, W, of what the controller decided and believes.
-/// `sample_of(truth, k)`: K; NaN: none. `look(truth, estimate, k)`: at the end of cycle k. `dark`:
-/// 0 W throughout instead of the controller's power.
+/// `power_of(decided, k)`: power that the eye gets, W, while the controller assumes `decided`.
+/// `sample_of(truth, k)`: K; NaN: none. `look(truth, estimate, k)`: called at the end of cycle k.
+/// `dark`: 0 W throughout instead of the controller's power.
 void treat_plainly(Controller& controller, Plant auto& eye, std::size_t cycles, bool dark,
                    const auto& power_of, const auto& sample_of, const auto& look) {
   for (std::size_t k = 0; k < cycles; ++k) {
@@ -38,7 +37,7 @@ struct CycleNumber {
   bool root = false;
 };
 
-/// Of sums over eyes, of squares where a root is wanted.
+/// Turns sums over eyes into means, or root mean squares where `root`.
 template <typename Cycle>
 void divide(Cycle& sums, const auto& numbers, double eyes) {
   for (const CycleNumber<Cycle>& number : numbers) {
@@ -48,7 +47,7 @@ void divide(Cycle& sums, const auto& numbers, double eyes) {
   }
 }
 
-/// Over cycles [begin, end).
+/// Means over cycles [begin, end).
 template <typename Cycle>
 Cycle mean_over(const std::vector<Cycle>& cycles, const auto& numbers, std::size_t begin,
                 std::size_t end) {

@@ -133,7 +133,7 @@ std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedMod
 std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
                                      const SpotRange& range, double limit, std::size_t count,
                                      const Progress& progress) {
-  // What a controller refuses is refused here, not in a thread.
+  // Settings that a controller refuses are refused here, not in a thread.
   static_cast<void>(Controller(model, config.control, config.estimator));
   const bool same_tissue = !config.uncertainty.declared();
   const auto shared = std::make_shared<const FullOrderModel>(config.plant.tissue, config.grid);

@@ -12,29 +12,30 @@
 
 namespace photocoag {
 
-/// Of one spot.
+/// Outcome of one spot.
 struct SpotOutcome {
   double alpha = 0.0;
-  double peak_max = 0.0;            ///< K, true
-  std::size_t violations = 0;       ///< cycles above the configured limit
-  double time_to_95_percent = 0.0;  ///< s, of the controller's own reference; the duration if never
-  double held_mean = 0.0;           ///< K, true peak after 50 ms
-  double rms_error = 0.0;           ///< K, the same against the controller's own reference
-  double absorption_error = 0.0;    ///< final estimate / truth - 1
+  double peak_max = 0.0;       ///< K, true
+  std::size_t violations = 0;  ///< cycles above the configured limit
+  double time_to_95_percent =
+      0.0;                 ///< s, relative to the controller's own reference; the duration if never
+  double held_mean = 0.0;  ///< K, true peak after 50 ms
+  double rms_error = 0.0;  ///< K, true peak after 50 ms against the controller's own reference
+  double absorption_error = 0.0;  ///< final estimate / truth - 1
 };
 
-/// Spots with seeds 1 … count on full-order eyes, on all cores; the order is that of the seeds and
-/// nothing depends on the number of cores. `limit`, K: what counts as violated. Throws Error before
-/// the first spot only.
+/// Spots with seeds 1 … count on full-order eyes, on all cores, in the order of the seeds; results
+/// do not depend on the number of cores. `limit`: K, for counting violations. Throws Error only
+/// before the first spot.
 std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& model,
                                      const SpotRange& range, double limit, std::size_t count,
                                      const Progress& progress = {});
 
-/// How hard an adversary tries.
+/// Effort of the adversary.
 struct CornerAttack {
   std::size_t survey = 60;   ///< treatments of every corner
-  std::size_t worst = 6;     ///< corners that are treated further: most over, then highest peak
-  std::size_t count = 1500;  ///< treatments of each of these in the end
+  std::size_t worst = 6;     ///< corners treated further: most violations, then highest peak
+  std::size_t count = 1500;  ///< final number of treatments of each of these
 };
 
 /// Treatments of one corner of the declared set.
@@ -49,9 +50,10 @@ struct CornerOutcome {
 };
 
 /// An adversary: every combination of the declared extremes, the first two treatments of each at
-/// the ends of the range of alpha, the others at random ones, all with noise of their own; then the
-/// worst corners further. Knows nothing of how the margin was found. Corners in the order of their
-/// names' bits; otherwise as treat_spots. Nothing declared: one corner, the eye as configured.
+/// the ends of the range of alpha, the others at random alphas, each with its own noise; then more
+/// treatments of the worst corners. Independent of how the margin was found. Corners in the order
+/// of their names' bits; otherwise as treat_spots. Nothing declared: one corner, the eye as
+/// configured.
 std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
                                           const SpotRange& range, double limit,
                                           const CornerAttack& attack,

@@ -1,4 +1,4 @@
-// Role: offline; what a campaign's report counts. Used by campaign. Real-time promise: none.
+// Role: offline; statistics for reports. Used by campaign, session. Real-time promise: none.
 #pragma once
 
 #include <cstdint>

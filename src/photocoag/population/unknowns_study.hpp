@@ -1,6 +1,6 @@
-// Role: offline; filter against moving horizon for one and for two unknown absorption factors, over
-// many eyes. Used by `photocoag estimation --compare`, tests. Source: the comparison of Kleyman and
-// others (2022, abstract); docs/estimation.md. Units: SI.
+// Role: offline; compares filter and moving horizon for one and two unknown absorption factors,
+// over many eyes. Used by `photocoag estimation --compare`, tests. Source: the comparison of
+// Kleyman and others (2022, abstract); docs/estimation.md. Units: SI.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace photocoag {
 struct UnknownsCase {
   std::string name;
   EstimatorSettings estimator;
-  bool choroid_varies = false;  ///< beta of the eyes even in logarithm over [0.5, 2]; else 1
+  bool choroid_varies = false;  ///< true: beta of the eyes log-uniform over [0.5, 2]; false: 1
   bool dark = false;            ///< 0 W throughout instead of the controller's power
 };
 
@@ -27,7 +27,7 @@ struct UnknownsCycle {
   double peak = 0.0;        ///< K
   double nees_alpha = 0.0;  ///< squared error over the stated variance; 1 is consistent
   double nees_beta = 0.0;   ///< 0 where beta is not estimated
-  double at_bound = 0.0;    ///< part of the eyes with an estimate at one of its bounds
+  double at_bound = 0.0;    ///< fraction of the eyes with an estimate at one of its bounds
 };
 
 struct UnknownsResult {
@@ -35,7 +35,7 @@ struct UnknownsResult {
   std::vector<UnknownsCycle> cycles;
   int limit_exceeded = 0;  ///< eyes whose true peak exceeded control.peak_max
 
-  /// Over cycles [begin, end): means of squares and of parts.
+  /// Over cycles [begin, end): root mean squares, and means of fractions.
   UnknownsCycle over(std::size_t begin, std::size_t end) const;
 };
 

@@ -1,4 +1,4 @@
-// Role: offline; the picture of a temperature field over radius and depth: isotherms, layers, spot.
+// Role: offline; the figure of a temperature field over radius and depth: isotherms, layers, spot.
 // Used by report. Units: K, um on the axes. Real-time promise: none. Threads: none.
 #pragma once
 

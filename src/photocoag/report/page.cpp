@@ -33,7 +33,7 @@ std::string shell_word(const std::string& text) {
   return quoted + "'";
 }
 
-// The four numbers that one asks for first.
+// The four key numbers.
 Html first_numbers(const RunLog& log, const RunSummary& summary, const RunConfig& config) {
   const bool truth = summary.peak_true_max_K.has_value();
   const auto peak = truth ? summary.peak_true_max_K : summary.peak_estimate_max_K;
@@ -83,7 +83,7 @@ Html field_section(const Figure& field) {
 
 Html reproduce_section(const RunLog& log, const RunSummary& summary, const RunConfig& config,
                        const std::string& folder) {
-  // A device's noise and lateness come once: what can be had again is what was made of them.
+  // A device's noise and timing cannot be repeated; only the controller's response to them can.
   const bool device = summary.device.has_value();
   const std::string command =
       device ? "./photocoag replay " + shell_word(folder)

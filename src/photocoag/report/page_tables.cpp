@@ -27,7 +27,7 @@ class KeyTable {
                      {element("th", words, {{"scope", "row"}}), element("td", value)});
     return *this;
   }
-  // A row for words that are too long for the second column.
+  // A row for text that is too long for the second column.
   KeyTable& alarm(std::string_view name, std::string_view words) {
     rows_ += element("tr.alarm", element("th", fmt::format("{}: {}", name, words),
                                          {{"scope", "row"}, {"colspan", "2"}}));

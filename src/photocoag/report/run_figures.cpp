@@ -71,7 +71,7 @@ Panel peak_panel(const RunLog& log, const RunSummary& summary, const RunConfig& 
   return panel;
 }
 
-// Few samples: dots that are seen beside the lines; many: a cloud.
+// Few samples: dots visible beside the lines; many: a cloud.
 double dot_size(const std::vector<double>& time_ms, const RunView& view) {
   const auto in_view = std::count_if(time_ms.begin(), time_ms.end(), [&view](double t) {
     return t >= view.from_ms && t <= view.to_ms;
@@ -157,7 +157,7 @@ Panel factor_panel(const Factor& factor, const RunLog& log, const std::vector<do
   return panel;
 }
 
-// What the estimate leaves of the samples: a good one leaves their noise, without a course.
+// Samples minus their estimate: white noise if the estimate is good.
 Panel residual_panel(const RunLog& log, const std::vector<double>& time_ms, const RunView& view) {
   std::vector<double> left = log.volume_measured_K;
   for (std::size_t k = 0; k < left.size(); ++k) left[k] -= log.volume_estimate_K[k];
@@ -172,7 +172,7 @@ Panel residual_panel(const RunLog& log, const std::vector<double>& time_ms, cons
   return panel;
 }
 
-// What a person who cannot see the figure should know about it.
+// Description of the figure for screen readers.
 std::string describe(const Panel& panel, const RunView& view) {
   std::string text =
       fmt::format("{} over time, {:g} to {:g} ms.", panel.title, view.from_ms, view.to_ms);

@@ -1,5 +1,5 @@
-// Role: offline; reads a run folder (config.toml, run.csv, summary.json). Used by report.
-// Source: the description of the run folder. Differences: further columns and keys are ignored.
+// Role: offline; reads a run folder (config.toml, run.csv, summary.json). Used by report, study,
+// apps. Source: docs/run-folder.md. Differences: further columns and keys are ignored.
 // Units: as in the files, in the names. Real-time promise: none. Threads: none.
 #pragma once
 
@@ -18,7 +18,7 @@ struct RunLog {
   std::vector<double> cycle, time_s, power_W;
   std::vector<double> volume_true_K, volume_measured_K, volume_estimate_K;
   std::vector<double> peak_true_K, peak_estimate_K;
-  std::vector<double> peak_sigma_K;  ///< NaN unless the estimator states it
+  std::vector<double> peak_sigma_K;  ///< NaN unless the log has it
   std::vector<double> absorption_estimate, absorption_sigma;
   std::vector<double> choroid_estimate, choroid_sigma;  ///< NaN unless beta was estimated
   std::vector<double> power_reference_W, solver_iterations;
@@ -56,21 +56,22 @@ struct RunSummary {
   struct Histogram {
     std::string name;                                         ///< with unit
     std::vector<std::pair<std::int64_t, std::int64_t>> bins;  ///< lower edge, entries; ascending
-    std::int64_t below_0 = 0, overflow = 0, without = 0;      ///< what is in no bin
+    std::int64_t below_0 = 0, overflow = 0, without = 0;      ///< entries in no bin
   };
   std::vector<Histogram> histograms;
-  /// The optional object "device": what was treated on.
+  /// The optional object "device".
   struct Device {
     std::string name;
     std::optional<std::int64_t> late_commands;
     std::optional<double> pulse_peak_true_max_K;  ///< right after a pulse
-    std::string pacing;                           ///< of a simulated eye, in words
+    std::string pacing;                           ///< of a simulated eye process, as text
   };
   std::optional<Device> device;
-  /// The optional object "chance": a limit that holds with a stated probability.
+  /// The optional object "chance": the chance constraint on the limit.
   struct Chance {
     double limit_probability = 0.0;
-    double kept_deviations = 0.0;  ///< of the peak's logarithm, from the limit
+    double kept_deviations =
+        0.0;  ///< back-off from the limit, in standard deviations of the peak's logarithm
   };
   std::optional<Chance> chance;
   bool prior_doubtful = false;  ///< the treatment speaks against [[prior]]

@@ -42,7 +42,7 @@ std::string facts(const RunSummary& summary) {
   return text;
 }
 
-// Why the peak is held where it is: the limit's quantile, from what is not known at the end.
+// Why the peak is held below the reference: the limit's quantile given the remaining uncertainty.
 std::string reason(const RunLog& log, const RunSummary& summary, double reference) {
   if (!summary.chance || log.empty()) return "";
   const double aim = chance_aim(log, summary, log.cycles() - 1);

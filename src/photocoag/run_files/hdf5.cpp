@@ -52,7 +52,7 @@ void column(hid_t group, const TableColumn& column) {
 }  // namespace
 
 void write_hdf5(const std::string& file, const DataTable& table) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // our own message is enough
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported as exceptions
   try {
     const Handle out = file_in_memory();
     const Handle group(

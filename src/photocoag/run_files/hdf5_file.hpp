@@ -1,6 +1,6 @@
-// Role: offline; what every HDF5 file of the program shares: handles, a file in memory, texts. Used
-// by run_files and campaign. Source: the HDF5 reference manual, 1.10. Throws Error. Real time:
-// none. Threads: HDF5's own rule, one at a time.
+// Role: offline; helpers for HDF5 files: handles, a file in memory, texts. Used by run_files and
+// campaign. Source: the HDF5 reference manual, 1.10. Throws Error. Real time: none. Threads: one at
+// a time, as HDF5 requires.
 #pragma once
 
 #include <hdf5.h>
@@ -14,12 +14,12 @@
 
 namespace photocoag::hdf5 {
 
-/// Throws Error if HDF5 has refused.
+/// Throws Error if an HDF5 call has failed.
 inline void need(herr_t status) {
   if (status < 0) throw Error("HDF5 refused to write the file");
 }
 
-/// An identifier that closes itself. Throws Error if it is none.
+/// An identifier that closes itself. Throws Error if it is invalid.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) { need(id_ < 0 ? -1 : 0); }
@@ -35,7 +35,7 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// A file in memory: on a disk the library replaces what is no regular file.
+/// A file in memory: on disk the library would replace non-regular files.
 inline Handle file_in_memory() {
   constexpr std::size_t kGrowth = std::size_t{1} << 20U;  // bytes
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -53,7 +53,7 @@ inline std::string image_of(hid_t file) {
   return image;
 }
 
-/// Texts of `length` bytes. Octave reads none that is declared as UTF-8: only what needs it is.
+/// Texts of `length` bytes. Declared as UTF-8 only if necessary, since Octave does not read that.
 inline Handle text_type(std::size_t length, bool ascii) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   need(H5Tset_size(type, std::max<std::size_t>(1, length)));

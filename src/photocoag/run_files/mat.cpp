@@ -23,7 +23,7 @@ using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 // Without the time, so that the same run gives the same bytes.
 constexpr const char* kHeader = "MATLAB 5.0 MAT-file, photocoag";
 
-// The library copies what it is given, and yet asks for a pointer to what may change.
+// The library copies its argument but takes a non-const pointer.
 void* unchanged(const void* data) { return const_cast<void*>(data); }
 
 matvar_t* checked(matvar_t* variable) {

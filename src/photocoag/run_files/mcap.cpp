@@ -1,5 +1,5 @@
 // A table as an MCAP file: messages in JSON, one channel per kind of quantity, chunks with their
-// CRC and index, a summary at the end. No compression: any reader takes it.
+// CRC and index, a summary at the end. No compression, so that any reader can open it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -117,7 +117,7 @@ std::string schema_of(const Channel& channel) {
   return schema.dump();
 }
 
-// A value that does not exist is left out.
+// Missing values are omitted.
 std::string message_of(const Channel& channel, std::size_t row) {
   std::string text = "{";
   const auto add = [&](const std::string& name, const std::string& value) {

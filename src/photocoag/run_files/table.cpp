@@ -35,7 +35,7 @@ std::string unit_of(const std::string& name) {
   return field == nullptr ? "1" : std::string(field->unit);
 }
 
-/// The field of all records.
+/// One field of all records as a column.
 TableColumn column_of(const CycleField& field, const std::vector<LogRecord>& records) {
   TableColumn column{
       .name = std::string(field.name), .unit = std::string(field.unit), .values = {}};

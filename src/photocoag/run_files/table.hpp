@@ -1,5 +1,5 @@
-// Role: offline; a run as a table of named columns, and its ways into other programs: CSV, HDF5,
-// MAT, MCAP. Used by `convert`. Source: docs/realtime.md. Units: one per column.
+// Role: offline; a run as a table of named columns, and its export to CSV, HDF5, MAT and MCAP. Used
+// by `convert`, session. Source: docs/realtime.md. Units: one per column.
 #pragma once
 
 #include <cstdint>
@@ -35,16 +35,16 @@ DataTable table_of(const LogContent& log);
 /// run.csv of a run folder that has no log. Throws Error.
 DataTable table_of_csv(const std::filesystem::path& file);
 
-/// True temperatures that a log does not have, from the run.csv of the same run: the eye tells them
-/// at the end of a treatment.
+/// Adds the true temperatures from the run.csv of the same run: an eye in another process reports
+/// them only at the end of a treatment, so that the log does not have them.
 void add_truth(DataTable& log, const DataTable& run);
 
-/// A number that does not exist is an empty cell in CSV, NaN elsewhere; a missing duration
-/// INT64_MIN. Files are replaced as a whole. Throw Error.
+/// Missing numbers are empty cells in CSV and NaN elsewhere; missing durations are INT64_MIN. Files
+/// are replaced atomically. Each throws Error.
 std::string csv_text(const DataTable& table);
 void write_hdf5(const std::string& file, const DataTable& table);
 void write_mat(const std::string& file, const DataTable& table);
-/// Log times are since the treatment's start. Throws Error also if there is no column time_s.
+/// Log times count from the treatment's start. Also throws Error if there is no column time_s.
 void write_mcap(const std::string& file, const DataTable& table);
 
 }  // namespace photocoag
