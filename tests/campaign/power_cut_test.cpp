@@ -102,7 +102,7 @@ TEST_F(PowerCut, ADiskThatCannotIsAnError) {
   journal.append(record(1));
   refused_with = EIO;
   const std::string message = message_of([&] { journal.append(record(0)); });
-  EXPECT_NE(message.find("cannot be brought to the disk"), std::string::npos) << message;
+  EXPECT_NE(message.find("cannot be flushed to the disk"), std::string::npos) << message;
 }
 
 TEST_F(PowerCut, AFileThatIsOnNoDiskIsNone) {

@@ -22,11 +22,11 @@ struct Campaign : EyeDraws {
   std::string identity() const;
 };
 
-/// Reads and checks everything, the configuration at all lows and at all highs included. Throws
-/// Error naming file, key, what was found and what is accepted.
+/// Reads and checks everything, including the configuration with all inputs at `low` and with all
+/// at `high`. Throws Error naming file, key, what was found and what is accepted.
 Campaign load_campaign(const std::string& file);
 
-/// Unit of an input: of its key's ending.
+/// Unit of an input, from its key's suffix.
 std::string_view input_unit(std::string_view key) noexcept;
 /// The input's key without "plant.", "tissue." and "layers.", for columns and headings.
 std::string short_name(const std::string& key);

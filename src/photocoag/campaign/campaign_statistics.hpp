@@ -1,4 +1,4 @@
-// Role: offline; what a campaign's page, tables and summary say, out of its rows. Used by
+// Role: offline; statistics of a campaign's rows for its page, tables and summary. Used by
 // campaign/report and `photocoag campaign`. Memory does not depend on the number of rows. Units: in
 // the names. Real-time promise: none.
 #pragma once
@@ -46,8 +46,8 @@ struct InputStatistics {
   double tail_mean = 0.0;
 };
 
-/// Percent of the spots per bin, from the 0.1 % to the 99.9 % quantile; what lies outside is in the
-/// outer bins.
+/// Percent of the spots per bin, from the 0.1 % to the 99.9 % quantile; outliers are in the outer
+/// bins.
 struct Histogram {
   double low = 0.0;
   double high = 0.0;

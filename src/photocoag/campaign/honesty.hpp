@@ -1,7 +1,7 @@
-// Role: offline; over a campaign's eyes, whether the posterior estimate is as good as it says, and
-// as good as can be: cycle by cycle against the truth, and against a batch estimate of the same
-// record that shares no sums with it. Used by `photocoag campaign --estimate`. Source: Bar-Shalom,
-// Li and Kirubarajan (2001), section 5.4 (NEES); docs/uncertainty.md. Units: K, s. Real time: no.
+// Role: offline; consistency and efficiency of the posterior estimate over a campaign's eyes: cycle
+// by cycle against the truth, and against a batch estimate of the same record. Used by `photocoag
+// campaign --estimate`. Source: Bar-Shalom, Li and Kirubarajan (2001), section 5.4 (NEES);
+// docs/uncertainty.md. Units: K, s. Real time: no.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@
 
 namespace photocoag {
 
-/// Means over the eyes at one cycle; [0]: of all, then of the thirds of alpha, lowest first.
+/// Means over the eyes at one cycle; arrays: [0] over all, then over the terciles of alpha, lowest
+/// first.
 struct HonestyCycle {
   std::array<double, 4> nees{};     ///< of the peak: error^2 / stated variance
   std::array<double, 4> covered{};  ///< share of the eyes within 1.96 stated deviations
@@ -22,8 +23,8 @@ struct HonestyCycle {
   double batch_rms_K = 0.0;         ///< of the batch estimate's; NaN: none was made at this cycle
 };
 
-/// What could be held if the whole record were known before: the peak is aimed once, at the
-/// reference or where the limit's quantile allows.
+/// Held peak if the whole record were known in advance: one aim, at the reference or as high as the
+/// limit's quantile allows.
 struct OfflineBound {
   double probability = 0.0;    ///< that the limit is exceeded, as asked for
   std::size_t over_limit = 0;  ///< eyes that exceed it

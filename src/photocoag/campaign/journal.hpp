@@ -1,8 +1,7 @@
 // Role: offline; finished spots on disk, so that an interrupted campaign continues. Used by
-// campaign. Append-only: a header, then one block of fixed size per spot with its checksum; a block
-// that is cut short or damaged counts as none, and so does the second block of a spot. Memory does
-// not depend on the number of spots. Real-time promise: none. Threads: one owner, and one of its
-// own that brings the file to the disk.
+// campaign. Append-only: a header, then one block of fixed size per spot with its checksum;
+// truncated or damaged blocks and second blocks of a spot are ignored. Memory does not depend on
+// the number of spots. Real-time promise: none. Threads: one owner; an internal thread calls fsync.
 #pragma once
 
 #include <chrono>
@@ -20,16 +19,16 @@ namespace photocoag {
 
 class Journal {
  public:
-  /// Opens or makes `file`, locks it, and looks which spots are there. Throws Error if another
+  /// Opens or creates `file`, locks it and finds the spots that are done. Throws Error if another
   /// process has it, or if it belongs to another campaign (file, configuration or program have
   /// changed).
   Journal(const std::filesystem::path& file, const Campaign& campaign);
   ~Journal();
 
   const SpotSet& spots() const noexcept { return spots_; }
-  /// Returns when the system has the block: a crash of the program loses nothing after that. To the
-  /// disk it comes within a second or two, the last one of a campaign at once: a power cut costs
-  /// what was computed since. Throws Error, also of blocks before.
+  /// Returns when the operating system has the block: a crash of the program then loses nothing. It
+  /// reaches the disk within a second or two, the last block of a campaign at once: a power cut
+  /// loses what was computed since. Throws Error, also for earlier blocks.
   void append(const SpotRecord& record);
   /// Calls `see` with the block (campaign/spot.hpp) of each spot once, in the order of the file.
   void for_each(const std::function<void(const double* block)>& see) const;
@@ -55,7 +54,7 @@ class Journal {
   Descriptor file_;
   std::uint64_t header_ = 0;  // bytes
   SpotSet spots_;
-  std::chrono::steady_clock::time_point synced_;  // begun then
+  std::chrono::steady_clock::time_point synced_;  // start of the last fsync
   std::future<int> syncing_;                      // its errno
 };
 

@@ -1,6 +1,6 @@
-// Role: offline; sorts more pairs of numbers than memory holds: sorted runs in a file without a
-// name, merged while they are read. Used by campaign/table_statistics. Source: Knuth, The Art of
-// Computer Programming 3, section 5.4. Memory: some 10 MB. Real-time promise: none.
+// Role: offline; sorts more pairs of numbers than memory holds: external merge sort with sorted
+// runs in an unnamed file. Used by campaign/table_statistics. Source: Knuth, The Art of Computer
+// Programming 3, section 5.4. Memory: some 10 MB. Real-time promise: none.
 #pragma once
 
 #include <compare>
@@ -22,8 +22,8 @@ class PairSorter {
  public:
   static constexpr std::size_t kInMemory = std::size_t{1} << 18U;  // pairs
 
-  /// `folder`: for the file, which is made only if there are more than `in_memory` pairs, and is
-  /// gone with the process, however that ends.
+  /// `folder`: for the file, which is created only for more than `in_memory` pairs and vanishes
+  /// with the process.
   explicit PairSorter(std::filesystem::path folder, std::size_t in_memory = kInMemory);
 
   /// Throws Error if the file cannot be written.
@@ -31,7 +31,8 @@ class PairSorter {
   /// After the last add.
   void finish();
 
-  /// All pairs in ascending order; any number of them may be under way. The sorter must outlive it.
+  /// Iterates over all pairs in ascending order; several cursors may be used at once. The sorter
+  /// must outlive it.
   class Cursor {
    public:
     explicit Cursor(const PairSorter& sorter);

@@ -237,12 +237,11 @@ void compare_campaigns(const std::vector<fs::path>& folders, const fs::path& out
   }
   const Figure figure = pareto_figure(points);
   const Table rows = pareto_table(points);
-  const PageHead head{.title = "Violation against held temperature",
-                      .kicker = "comparison",
-                      .line = fmt::format("{} campaigns", folders.size()),
-                      .notice =
-                          "Virtual eyes: what the random inputs leave out, the result leaves "
-                          "out."};
+  const PageHead head{
+      .title = "Violation against held temperature",
+      .kicker = "comparison",
+      .line = fmt::format("{} campaigns", folders.size()),
+      .notice = "Virtual eyes: the result covers only the variation of the random inputs."};
   fs::create_directories(out);
   write_file((out / "compare.svg").string(), figure_svg(figure, SvgKind::kStandAlone));
   write_file((out / "compare.csv").string(), figure_csv(figure));

@@ -33,7 +33,7 @@ std::vector<Launch> launches() {
   return found;
 }
 
-// Processes that do not know of each other would each do the whole campaign.
+// Processes unaware of each other would each run the whole campaign.
 [[noreturn]] void refuse_launch(const Launch& launch, std::string problem, std::string accepted) {
   throw Error(ErrorParts{.where = "environment",
                          .key = launch.variable,

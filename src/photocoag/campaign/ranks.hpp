@@ -1,5 +1,5 @@
-// Role: offline; the processes of a campaign, through MPI where the program was started by mpirun,
-// else one. Used by campaign. The only part that knows MPI. Threads: the main thread only.
+// Role: offline; the processes of a campaign: MPI ranks if started by mpirun, else one. Used by
+// campaign. The only user of MPI. Threads: the main thread only.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace photocoag {
 class Ranks {
  public:
   /// Starts MPI if mpirun (or srun) started this process; ends it when destroyed. Throws Error if
-  /// the launcher started another number of processes than MPI knows of.
+  /// the launcher started another number of processes than MPI reports.
   Ranks();
   ~Ranks();
   Ranks(const Ranks&) = delete;
@@ -19,7 +19,7 @@ class Ranks {
 
   int rank() const noexcept { return rank_; }
   int size() const noexcept { return size_; }
-  /// Whether this build can talk to other ranks.
+  /// True if this build has MPI.
   static bool has_mpi() noexcept;
 
   enum class Tag { kRequest = 1, kWork = 2, kResult = 3 };

@@ -185,7 +185,7 @@ std::string campaign_page(const Campaign& campaign, const Statistics& statistics
               : fmt::format("INTERRUPTED: {} spots wanted", campaign.spots),
           full ? fmt::format("full-order ({} states)", full_order_states) : std::string("reduced"),
           campaign.config.control.period * 1e3),
-      .notice = "Virtual spots: what the random inputs leave out, the result leaves out."};
+      .notice = "Virtual spots: the result covers only the variation of the random inputs."};
   const Html body =
       first_numbers(statistics) +
       section("Distributions",

@@ -22,8 +22,8 @@ namespace {
 using namespace hdf5;
 namespace fs = std::filesystem;
 
-// Rows are written and read past HDF5, which says what goes wrong with a disk less well: what is in
-// memory is what the file says is in it.
+// Rows are written and read directly, not through HDF5, for better error messages about the disk;
+// the layout in memory is that of the file.
 static_assert(std::endian::native == std::endian::little);
 
 void count_attribute(hid_t object, const char* name, std::uint64_t value) {
@@ -67,7 +67,7 @@ std::vector<Column> columns_of(const Campaign& campaign) {
   return columns;
 }
 
-// The file but for its rows, for which there is room; where they go, in bytes.
+// Writes the file with space for the rows; returns their offset in bytes.
 std::uint64_t write_frame(const fs::path& file, const Campaign& campaign, std::uint64_t rows) {
   const std::vector<Column> columns = columns_of(campaign);
   const std::size_t row_bytes = columns.size() * 8;

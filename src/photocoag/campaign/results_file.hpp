@@ -12,8 +12,7 @@ namespace photocoag {
 
 /// Dataset /spots: one compound row per spot of the journal, by number; attributes with units,
 /// meanings, distributions, campaign file, configuration and program version. Replaces an older
-/// file at the end; what another end of the program leaves behind is `file` with ".part". Throws
-/// Error.
+/// file at the end; if interrupted it leaves `file` with ".part". Throws Error.
 void write_results(const std::filesystem::path& file, const Campaign& campaign,
                    const Journal& journal);
 

@@ -72,7 +72,7 @@ void require_room(const fs::path& out, const Campaign& campaign) {
                               campaign_bytes(campaign) / static_cast<double>(campaign.spots))});
 }
 
-// A campaign's folder is new, empty, or holds this campaign's journal, which is this process's now.
+// Accepts a new or empty folder, or one with this campaign's journal; locks the journal.
 std::unique_ptr<Journal> prepare_folder(const fs::path& out, const Campaign& campaign) {
   if (!fs::exists(out / "journal.bin")) check_run_folder(out);
   require_room(out, campaign);

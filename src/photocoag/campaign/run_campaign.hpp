@@ -1,6 +1,6 @@
 // Role: offline; runs the spots of a campaign on all threads of all ranks. Used by `photocoag
-// campaign`. A spot's record depends on the campaign and its number alone, so that ranks, threads
-// and interruptions change nothing. Memory does not depend on the number of spots. Real-time
+// campaign`. A spot's record depends on the campaign and its number alone, so ranks, threads and
+// interruptions do not change results. Memory does not depend on the number of spots. Real-time
 // promise: none.
 #pragma once
 
@@ -33,7 +33,7 @@ struct CampaignResult {
   std::unique_ptr<Journal> journal;  ///< with all spots that are done, still locked; on rank 0
   bool complete = false;
   double seconds = 0.0;        ///< of this session
-  double cpu_seconds = 0.0;    ///< of the processors, on this rank, in this session
+  double cpu_seconds = 0.0;    ///< CPU time, on this rank, in this session
   std::uint64_t computed = 0;  ///< in this session
   std::size_t full_order_states = 0;
 };
@@ -41,9 +41,9 @@ struct CampaignResult {
 /// Bytes that journal, table and temporary files of a campaign take.
 double campaign_bytes(const Campaign& campaign) noexcept;
 
-/// All ranks call it. Refused before anything is written if the disk has not room for all of it.
-/// `stop` ends it early: spots in flight are finished and kept. `progress` is called on rank 0,
-/// some times a second. Throws Error.
+/// Called by all ranks. Throws Error before writing anything if the disk is too full for all of it.
+/// `stop` ends it early: spots in flight are finished and kept. `progress` is called on rank 0, a
+/// few times per second. Throws Error.
 CampaignResult run_campaign(const Campaign& campaign, const CampaignOptions& options, Ranks& ranks,
                             const std::atomic<bool>& stop,
                             const std::function<void(const CampaignProgress&)>& progress = {});

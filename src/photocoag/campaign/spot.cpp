@@ -38,14 +38,15 @@ BoundaryRange boundary_range(const Campaign& campaign) {
   return range;
 }
 
-// The last layer makes up for the others.
+// The last layer absorbs the differences in depth.
 void stretch(Tissue& tissue, double depth) {
   double before = 0.0;
   for (std::size_t i = 0; i + 1 < tissue.layers.size(); ++i) before += tissue.layers[i].thickness;
   tissue.layers.back().thickness = depth - before;
 }
 
-// Every step sums over all before it: from some 20,000 cycles on a ModalStepper is faster.
+// A step's cost grows with the number of earlier steps: beyond about 20,000 cycles a ModalStepper
+// is faster.
 constexpr std::size_t kSampledCycles = 10'000;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -170,7 +171,7 @@ SpotModels make_spot_models(const Campaign& campaign, bool use_cache) {
   models.depth = range.depth;
   models.standing = std::make_shared<const FullOrderModel>(
       tissue, make_shared_grid(range, campaign.config.grid.min_cells));
-  FullOrderModel(*models.standing, tissue);  // refuses what a shared grid cannot serve
+  FullOrderModel(*models.standing, tissue);  // refuses what a shared grid does not support
   return models;
 }
 
@@ -192,7 +193,7 @@ SpotRecord SpotRunner::run(std::uint64_t spot) {
     eye.full = std::make_shared<const FullOrderModel>(*models_.standing, tissue);
     eye.sampled = config_.cycles() <= kSampledCycles;
   }
-  // Backed off or not, the outcomes are those against the reference and the limit asked for.
+  // Outcomes are relative to the configured reference and limit, whether backed off or not.
   const Config& believed = models_.margin ? backed_off(config_, *models_.margin) : config_;
   treatment_ = simulate_eye(believed, models_.controller, eye,
                             {.sensor_gain = setter_.calibration_factor(),

@@ -17,7 +17,7 @@
 
 namespace photocoag {
 
-/// A column of outcomes: name with unit, and what it is.
+/// A column of outcomes: name with unit, unit, meaning.
 struct OutcomeColumn {
   std::string_view name;
   std::string_view unit;
@@ -34,7 +34,7 @@ struct SpotRecord {
   std::uint64_t spot = 0;
   std::uint64_t noise_seed = 0;
   std::vector<double> inputs;
-  std::vector<double> outcomes;  ///< NaN: has no value
+  std::vector<double> outcomes;  ///< NaN: no value
 };
 
 /// A spot as numbers, for the journal, the table and messages between ranks: spot and seed by their
@@ -43,7 +43,7 @@ std::vector<double> to_block(const SpotRecord& record);
 SpotRecord from_block(const double* block, std::size_t inputs);
 std::size_t block_size(std::size_t inputs);
 
-/// What all spots share: the controller's model; the shared grid or the reduced eye.
+/// Models shared by all spots: the controller's model; the shared grid or the reduced eye.
 struct SpotModels {
   ReducedModel controller;
   std::shared_ptr<const FullOrderModel> standing;  ///< null: the eye is reduced

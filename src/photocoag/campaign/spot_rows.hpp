@@ -1,6 +1,6 @@
-// Role: offline; the rows of a campaign's table in the order of their spots, read in chunks as
-// often as wanted: what statistics see of a campaign, however large it is. Used by campaign. A row
-// is a block of campaign/spot.hpp. Real-time promise: none.
+// Role: offline; the rows of a campaign's table in the order of their spots, read in chunks,
+// repeatedly: the statistics' view of a campaign of any size. Used by campaign. A row is a block of
+// campaign/spot.hpp. Real-time promise: none.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace photocoag {
 struct SpotRows {
   std::uint64_t count = 0;
   std::size_t inputs = 0;  ///< columns of inputs
-  /// Puts `rows` blocks from row `first` on, one after the other, to `blocks`. May throw Error.
+  /// Reads `rows` consecutive blocks from row `first` on into `blocks`. May throw Error.
   std::function<void(std::uint64_t first, std::size_t rows, double* blocks)> read;
 
   /// Calls `see` with each row, by number.

@@ -1,6 +1,6 @@
 // Role: offline; which spots of a campaign are done, as intervals of their numbers: spots are
-// handed out in order, so that a few intervals stand for any number of them. Used by
-// campaign/journal, run_campaign and results_file. Real-time promise: none.
+// handed out in order, so a few intervals represent any number of them. Used by campaign/journal,
+// run_campaign and results_file. Real-time promise: none.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class SpotSet {
   bool insert(std::uint64_t spot);
   bool contains(std::uint64_t spot) const;
   std::uint64_t size() const noexcept { return size_; }
-  /// The first number from `from` on that is not there.
+  /// The first missing number from `from` on.
   std::uint64_t next_missing(std::uint64_t from) const;
   std::vector<Interval> intervals() const;
 

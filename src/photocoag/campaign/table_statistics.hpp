@@ -1,7 +1,7 @@
-// Role: offline; exact statistics of a campaign's columns in bounded memory, whatever the number of
-// rows: they are read again for each step. Used by campaign/campaign_statistics. Sums run in the
-// order of the rows. Sources: quantiles by counting digits of the ordered bits from the highest on
-// (Knuth 3, section 5.2.5); Spearman's rank correlation with mean ranks of ties, in whole numbers.
+// Role: offline; exact statistics of a campaign's columns in bounded memory: rows are read again
+// for each step. Used by campaign/campaign_statistics. Sums run in the order of the rows. Sources:
+// quantiles by counting digits of the ordered bits from the highest on (Knuth 3, section 5.2.5);
+// Spearman's rank correlation with mean ranks of ties, in whole numbers.
 // Units: of the columns. Real-time promise: none.
 #pragma once
 
@@ -32,8 +32,8 @@ struct ColumnMoments {
 };
 std::vector<ColumnMoments> moments(const SpotRows& rows, const std::vector<RowColumn>& columns);
 
-/// Per column one per fraction: the nearest rank among its finite values; NaN: there are none. A
-/// zero has no sign.
+/// Per column and fraction the nearest rank among the finite values; NaN if there are none. Zeros
+/// are unsigned.
 std::vector<std::vector<double>> quantiles(const SpotRows& rows,
                                            const std::vector<RowColumn>& columns,
                                            const std::vector<double>& fractions);

@@ -1,4 +1,5 @@
-// Role: offline; what earlier spots of an eye say about the next one's absorption. Used by session.
+// Role: offline; prior of the next spot's absorption from earlier spots of the same eye. Used by
+// session.
 // Source: derived here; docs/sessions.md ("What earlier spots teach"). Units: alpha is a factor.
 #pragma once
 
@@ -9,10 +10,10 @@
 
 namespace photocoag {
 
-/// `configured` with mean and standard deviation of alpha before the first sample as the spots of
-/// `earlier` that went to their end suggest; the configured prior weighs as much as one spot. The
-/// deviation is that of the next spot, not of the mean, and at least `floor`; the mean stays inside
-/// the estimator's bounds. No such spot: `configured`.
+/// `configured` with mean and standard deviation of alpha before the first sample from the spots of
+/// `earlier` that went to their end; the configured prior has the weight of one spot. The deviation
+/// is that of the next spot, not of the mean, and at least `floor`; the mean stays inside the
+/// estimator's bounds. Without such a spot: `configured`.
 EstimatorSettings learnt(EstimatorSettings configured, const std::vector<AttemptOutcome>& earlier,
                          double floor);
 

@@ -1,6 +1,6 @@
-// Role: offline; what a session gains by learning alpha from its earlier spots: many simulated
-// sessions, each with and without, the same eyes and the same noise. Used by `photocoag session
-// --study`. Source: docs/sessions.md ("What earlier spots teach"). Units: in the names.
+// Role: offline; benefit of learning alpha from a session's earlier spots: many simulated sessions,
+// each with and without, same eyes and noise. Used by `photocoag session --study`. Source:
+// docs/sessions.md ("What earlier spots teach"). Units: in the names.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,8 @@ struct LearningStudy {
   std::vector<LearningRow> rows;
 };
 
-/// Sessions 1 to `count` of other seeds, in virtual time, each spot with a passed self-test. Throws
-/// Error: the session cannot learn, or has one spot.
+/// `count` sessions with other seeds, in virtual time, self-tests assumed passed. Throws Error if
+/// the session cannot learn or has one spot.
 LearningStudy learning_study(const Session& session, std::size_t count, bool use_cache);
 
 }  // namespace photocoag

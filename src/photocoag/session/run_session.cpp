@@ -96,7 +96,7 @@ class Runner {
     result_.why = std::move(why);
   }
 
-  // What a spot that was cut off has left in its log, for whoever looks at it.
+  // Completes the files of interrupted spots from their logs.
   void complete_files() {
     for (const AttemptOutcome& attempt : journal_.attempts()) {
       const fs::path folder = options_.out / attempt.folder;
@@ -265,7 +265,7 @@ class Runner {
   AttemptOutcome treat_in_folder(const fs::path& folder) {
     const ClaimedFolder claimed = open_run_folder(folder, config_);
     const DeviceAddress& place = session_.place;
-    // The laser has moved on to a place that nothing has heated.
+    // The next spot is at a cold place.
     if (place.eye() && !place.own_process) tell_eye(place.path, "cold");
     progress_ = 0;
     const Treatment treatment =

@@ -18,31 +18,31 @@
 
 namespace photocoag {
 
-/// What an operator is asked before and after a spot, and what is told. Empty functions: the
-/// session runs on, and tells nothing.
+/// Questions to and notifications of the operator. Empty functions: the session continues without.
 struct SessionOperator {
   enum class Before { kTreat, kSkip, kEnd };
   enum class After { kAccept, kRepeat, kEnd };
   std::function<Before(const SpotPlan&)> before;
-  /// Once more, right before the spot's intent; false: it is not begun, and `before` asks again.
+  /// Asked again right before the spot's intent is recorded; false: the spot is not begun and
+  /// `before` asks again.
   std::function<bool()> still_wanted;
   std::function<After(const AttemptOutcome&)> after;
-  /// Before `before`: what the spot's controller will be told, and its model.
+  /// Called before `before` with the configuration and model of the spot's controller.
   std::function<void(const SpotPlan&, const Config& told, const ReducedModel&)> prepared;
   /// A spot begins (attempt 1, 2, …).
   std::function<void(const SpotPlan&, const Config&, int attempt)> begins;
-  /// Its loop has ended; its files are still to be written.
+  /// Its loop has ended; its files are not yet written.
   std::function<void(const Config&, const Treatment&, const std::filesystem::path& folder)> treated;
-  /// A spot is over, with or without the operator.
+  /// A spot is finished, accepted by the operator or not.
   std::function<void(const AttemptOutcome&)> over;
-  /// The journal as it is at first and after every change.
+  /// Called initially and after every change of the journal.
   std::function<void(const SessionJournal&)> changed;
   Onlooker onlooker;
 };
 
 struct SessionOptions {
   std::filesystem::path out;        ///< new, empty, or the folder of this session
-  std::vector<std::string> repeat;  ///< spots that are treated again, whatever became of them
+  std::vector<std::string> repeat;  ///< spots to treat again, whatever their outcome
   bool use_cache = true;
   SessionOperator ask;
 };
@@ -54,7 +54,7 @@ enum class SessionEnd {
   kOperator,     ///< the operator has ended it
   kStopped,      ///< the supervisor has stopped a spot
   kDeviceFault,
-  kLimit,   ///< the next spot might exceed a limit of the session
+  kLimit,   ///< the next spot could exceed a limit of the session
   kFailed,  ///< a spot's files could not be written, or it could not begin
 };
 
@@ -67,8 +67,8 @@ struct SessionResult {
   double energy = 0.0;     ///< J
 };
 
-/// `stop`: ends the running spot at 0 W, and the session. `progress` counts the running spot's
-/// cycles. Throws Error before the first spot only.
+/// `stop` ends the current spot at 0 W and the session. `progress` counts the current spot's
+/// cycles. Throws Error only before the first spot.
 SessionResult run_session(const Session& session, const SessionOptions& options,
                           const std::atomic<bool>& stop, std::atomic<std::size_t>& progress);
 

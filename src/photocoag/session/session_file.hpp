@@ -1,5 +1,5 @@
-// Role: setup; the description of a session: many spots, one device, limits for all of it. Used by
-// `photocoag session`. Format: docs/sessions.md. Units: SI; um, ms, mJ and K in the file.
+// Role: setup; the description of a session: many spots, one device, limits for the whole session.
+// Used by `photocoag session`. Format: docs/sessions.md. Units: SI; um, ms, mJ and K in the file.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +19,10 @@ struct SpotPlan {
   std::string name;              ///< 1 to 40 letters, digits, - and _; no other spot's
   double x = 0.0;                ///< m, on the retina
   double y = 0.0;                ///< m
-  std::vector<std::string> set;  ///< what its keys amount to: overrides of the configuration
+  std::vector<std::string> set;  ///< its keys as overrides of the configuration
 };
 
-/// Of a whole session, interrupted or not. A spot that might exceed one is not begun.
+/// Limits of a whole session, including interruptions. A spot that could exceed one is not begun.
 struct SessionLimits {
   double energy = std::numeric_limits<double>::infinity();      ///< J
   double time = std::numeric_limits<double>::infinity();        ///< s, since the first spot began
@@ -42,17 +42,17 @@ struct Session {
   std::uint64_t seed = 1;
   bool learn = false;            ///< earlier spots' alpha is the next one's prior
   double learn_floor = 0.05;     ///< 1, smallest standard deviation of such a prior
-  bool ends_with_a_stop = true;  ///< a spot that the supervisor has stopped is the last one
+  bool ends_with_a_stop = true;  ///< the session ends after a spot that the supervisor has stopped
   SessionLimits limits;
   Prior shared;  ///< of simulated eyes: quantities drawn once for a session …
   Prior varied;  ///< … and once for each spot
-  /// The spots' configurations, all but what is learnt: overrides, device, drawn eye, seed.
+  /// The spots' configurations before learning: overrides, device, drawn eye, seed.
   std::vector<Config> configs;
-  std::vector<std::string> remarks;  ///< keys without an effect
+  std::vector<std::string> remarks;  ///< keys without effect
 
-  /// What the spots depend on, as a hash: file, configurations, device, program.
+  /// Hash of everything the spots depend on: file, configurations, device, program.
   std::string identity() const;
-  /// The place of a spot of that name. Throws Error naming `option`.
+  /// Index of the spot of that name. Throws Error naming `option`.
   std::size_t find(const std::string& name, const std::string& option) const;
 };
 
@@ -63,7 +63,7 @@ Session load_session(const std::string& file);
 /// The configurations for another seed of the session: other eyes and other noise.
 std::vector<Config> session_configs(const Session& session, std::uint64_t seed);
 
-/// Most energy that the supervisor and the laser let a spot of this configuration have, J.
+/// Largest energy that supervisor and laser allow a spot of this configuration, J.
 double worst_energy(const Config& config) noexcept;
 
 }  // namespace photocoag

@@ -26,7 +26,7 @@ double system_seconds() {
   return duration<double>(system_clock::now().time_since_epoch()).count();
 }
 
-// Its name in the folder is on the disk, too.
+// Syncs the directory entry too.
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   const Descriptor handle(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

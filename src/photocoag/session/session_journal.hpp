@@ -1,7 +1,7 @@
-// Role: the program; what a session has done, on disk before it is done: a spot's intent is there
-// before its first light, its outcome after its last file. Used by session. Format:
-// docs/sessions.md. Append-only lines, each with its checksum; a line cut short by a crash is
-// dropped. Real-time promise: none; every entry waits for the disk. Threads: one owner.
+// Role: the program; write-ahead journal of a session: a spot's intent is on disk before its first
+// light, its outcome after its last file. Used by session. Format: docs/sessions.md. Append-only
+// lines, each with its checksum; a line truncated by a crash is dropped. Real-time promise: none;
+// every entry waits for the disk. Threads: one owner.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace photocoag {
 
-/// One spot as the journal knows it.
+/// History of one spot.
 struct SpotHistory {
   std::vector<AttemptOutcome> attempts;  ///< an attempt without an outcome: kMayHaveEmitted
   bool skipped = false;                  ///< by the operator, after the last attempt
@@ -26,29 +26,29 @@ struct SpotHistory {
 
 class SessionJournal {
  public:
-  /// Opens or makes `file`, locks it, and reads what is there. Throws Error if another process has
-  /// it, if it belongs to another session, or if a line before the last one is damaged.
+  /// Opens or creates `file`, locks it and reads it. Throws Error if another process has it, if it
+  /// belongs to another session, or if a line before the last one is damaged.
   SessionJournal(const std::filesystem::path& file, const Session& session);
 
   const std::vector<SpotHistory>& spots() const noexcept { return spots_; }
   /// All attempts in their order.
   const std::vector<AttemptOutcome>& attempts() const noexcept { return attempts_; }
-  /// Whether the journal was there before.
+  /// True if the journal already existed.
   bool continued() const noexcept { return continued_; }
-  /// s, from the first intent (or now, if there is none) to now, by the system's clock.
+  /// s since the first intent (0 if there is none), by the system clock.
   double elapsed() const;
   /// s, Unix time of the first intent; 0: there is none.
   double begun() const noexcept { return begun_; }
-  /// J, of all attempts; those without an outcome count with all that they could have emitted.
+  /// J, of all attempts; those without an outcome count with their upper bound.
   double energy() const noexcept;
 
-  /// The spot is about to be treated. Returns when the disk has it.
+  /// The spot is about to be treated. Returns once this is on disk.
   void intend(std::size_t spot, const AttemptOutcome& begun);
-  /// It is over; its files are there.
+  /// The spot is finished and its files are written.
   void finish(std::size_t spot, const AttemptOutcome& outcome);
-  /// The operator leaves it out.
+  /// Skipped by the operator.
   void skip(std::size_t spot);
-  /// The operator wants it again.
+  /// To be repeated by the operator's request.
   void repeat(std::size_t spot);
 
  private:

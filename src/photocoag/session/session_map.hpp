@@ -1,4 +1,4 @@
-// Role: offline; where the spots of a session are and what became of each: colour, shape and word.
+// Role: offline; map of a session's spots with their outcomes as colour, shape and word.
 // Used by session. Units: um on the drawing. Real-time promise: none.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace photocoag {
 /// The mark of an ending beside its words.
 Html ending_mark(SpotEnding ending);
 
-/// The map, drawn for wide and for narrow pages; each spot leads to its last run folder.
+/// The map, drawn for wide and for narrow pages; each spot links to its last run folder.
 Html session_map(const Session& session, const SessionResult& result);
 
 /// Every ending that occurs, with its mark and its number of spots.

@@ -11,7 +11,7 @@
 
 namespace photocoag {
 
-/// What a session came to.
+/// Totals of a session.
 struct SessionTotals {
   std::size_t spots = 0;    ///< planned
   std::size_t treated = 0;  ///< went to their end, of the planned ones
@@ -25,7 +25,7 @@ struct SessionTotals {
 };
 SessionTotals totals_of(const SessionResult& result);
 
-/// The words for why there is no next spot.
+/// The word for why the session ended.
 std::string_view word_of(SessionEnd end) noexcept;
 
 /// session.json: totals, limits, every spot and every attempt. summary.json: the totals alone.

@@ -17,7 +17,7 @@ namespace {
 
 using Value = double AttemptOutcome::*;
 
-// Attempts that went to their end, in their order: what distributions and drift are of.
+// Completed attempts in order: the data of distributions and drift.
 std::vector<AttemptOutcome> treated(const SessionResult& result) {
   std::vector<AttemptOutcome> list;
   for (const AttemptOutcome& attempt : result.attempts) {
@@ -204,7 +204,7 @@ Html first_numbers(const Session& session, const SessionTotals& totals,
       {{"Treated", fmt::format("{} of {}", totals.treated, totals.spots),
         fmt::format("{} over the limit, {} stopped", totals.over_limit, totals.stopped)},
        {"May have emitted", fmt::format("{}", totals.uncertain),
-        "begun, and the program died: not repeated unless asked for"},
+        "begun, but the program ended early: repeated only on request"},
        {"Energy", number_text(totals.energy_mJ, "mJ"),
         std::isfinite(limit) ? fmt::format("of {:g} mJ for the session", limit)
                              : std::string("no limit for the session")},

@@ -10,7 +10,7 @@
 
 namespace photocoag {
 
-/// Map, distributions, what drifted over the session, every attempt.
+/// Map, distributions, drift over the session, all attempts.
 std::string session_page(const Session& session, const SessionResult& result);
 
 }  // namespace photocoag

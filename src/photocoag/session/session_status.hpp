@@ -1,6 +1,5 @@
-// Role: the program; a running session as the console's clients are told of it: message "session".
-// Used by `console --session`. Format: docs/console.md. Units: in the names. Real-time promise:
-// none.
+// Role: the program; state of a running session for the console's clients: message "session". Used
+// by `console --session`. Format: docs/console.md. Units: in the names. Real-time promise: none.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +23,7 @@ enum class SessionPhase {
 };
 std::string_view word_of(SessionPhase phase) noexcept;
 
-/// What the journal knows, as it was at one moment.
+/// Snapshot of the journal.
 struct SessionState {
   std::vector<SpotHistory> spots;
   std::vector<AttemptOutcome> attempts;  ///< in their order: number k is the console's spot k + 1
@@ -33,7 +32,7 @@ struct SessionState {
 };
 SessionState state_of(const SessionJournal& journal);
 
-/// `spot`: whose turn it is; may be empty. `why`: why the session has ended; may be empty.
+/// `spot`: current spot; may be empty. `why`: why the session has ended; may be empty.
 std::string session_message(const Session& session, const SessionState& state, SessionPhase phase,
                             const std::string& spot, const std::string& why,
                             const std::filesystem::path& folder);

@@ -167,7 +167,7 @@ struct LabelledLevels {
 };
 
 // Confirms the search's best sets, the best of which comes first and is returned, and the
-// candidates. The first of the search has been chosen by the luck of few repetitions too.
+// candidates. The search's first set owes its rank partly to chance in few repetitions.
 LabelledLevels confirm_all(const Explanation& study, ModelPool& pool, const Stage& tell,
                            ExplainOutcome& outcome) {
   const std::size_t searched = std::min<std::size_t>(study.best_sets, outcome.together.size());

@@ -1,8 +1,8 @@
-// Role: offline; which bench, eye and tuning would make the paper's experiments come out as its
-// text says: a search over what the paper does not give, judged by the text's statements. Used by
-// `photocoag explain`. Source: paper, section 4.2; the file studies/experiments/NAME.toml, format
-// in docs/studies.md. Differences: none to the statements; the eyes are simulated. Units: in the
-// names; lags in periods. Real-time promise: none.
+// Role: offline; searches for a bench, eye and tuning that reproduce the paper's experiments: over
+// what the paper does not give, judged by the statements in its text. Used by `photocoag explain`.
+// Source: paper, section 4.2; the file studies/experiments/NAME.toml, format in docs/studies.md.
+// Difference: the eyes are simulated. Units: in the names; lags in periods. Real-time promise:
+// none.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,17 @@
 
 namespace photocoag {
 
-/// Overrides and what they are.
+/// Overrides with a label.
 struct LabelledSet {
   std::string label;
   std::vector<std::string> set;
 };
 
-/// Something that the paper does not give; its first level is the default.
+/// An unknown of the paper; its first level is the default.
 struct Factor {
   std::string id;
   std::string title;
-  bool combined = true;  ///< false: changed alone only
+  bool combined = true;  ///< false: only changed alone
   std::vector<LabelledSet> levels;
 };
 
@@ -37,20 +37,22 @@ struct Scan {
   std::vector<double> values;
 };
 
-/// A way to live with the best set's bench.
+/// A remedy for the best set's bench.
 struct RemedyPlan {
   LabelledSet does;
-  bool told_found_lag = false;  ///< the lag that the replay of one treatment found, each seed's
-  double more = 0.0;            ///< periods, told on top of it; the sum at most 1
+  bool told_found_lag =
+      false;  ///< the estimator gets the lag found by replaying one treatment of the same seed
+  double more = 0.0;  ///< periods, added to that lag; the sum at most 1
 };
 
 struct Explanation {
   std::filesystem::path file;
   std::string title, note;
   std::vector<std::string> set;
-  int seeds = 4;            ///< repetitions of every set of the search
-  int confirm_seeds = 100;  ///< of the best sets and the candidates, other ones than the search's
-  int best_sets = 4;        ///< how many are confirmed
+  int seeds = 4;  ///< repetitions of every set of the search
+  int confirm_seeds =
+      100;  ///< repetitions of the best sets and candidates, with other seeds than the search's
+  int best_sets = 4;  ///< how many are confirmed
   std::vector<StudyRun> runs;
   std::string lag_run;  ///< id: replayed to find the lag
   std::string hot_run;  ///< id: the one that exceeds the limit
@@ -59,17 +61,17 @@ struct Explanation {
   std::string scan_factor;  ///< id
   std::vector<Scan> scans;
   std::vector<double> lags;             ///< periods, of the filters that replay
-  std::vector<LabelledSet> candidates;  ///< confirmed whatever the search says
+  std::vector<LabelledSet> candidates;  ///< confirmed whatever the search finds
   std::vector<RemedyPlan> remedies;
 };
 
 /// Throws Error naming file, line, key, what was found and what is accepted.
 Explanation load_explanation(const std::filesystem::path& file);
 
-/// What became of the statements when the experiments were repeated: every treatment has noise of
-/// its own, and a repetition is one of each, as the paper shows them.
+/// Statements over repeated experiments: every treatment has its own noise, and a repetition
+/// consists of one of each, as in the paper.
 struct Repetitions {
-  std::vector<std::vector<bool>> seen;   ///< by statement and repetition, on what is seen
+  std::vector<std::vector<bool>> seen;   ///< by statement and repetition, as observed
   std::vector<std::vector<bool>> truth;  ///< the same on the truth, where a statement has one
 
   std::size_t count() const { return seen.empty() ? 0 : seen.front().size(); }
@@ -94,7 +96,7 @@ struct ScanPoint {
   double over_true_K = 0.0;
 };
 
-/// Which of the temperatures that an experiment has is read as the peak.
+/// Which temperature of an experiment is read as the peak.
 enum class PeakReading {
   kEstimate,    ///< the filter's after each sample, as the controller uses it
   kPrediction,  ///< the filter's before each sample
@@ -102,7 +104,7 @@ enum class PeakReading {
 };
 inline constexpr std::size_t kReadings = 3;
 
-/// What one reading makes of a set.
+/// Result of one reading for a set.
 struct ReadResult {
   Repetitions repetitions;
   std::vector<double> over_K;  ///< hot_run over the limit, one per repetition
@@ -114,7 +116,7 @@ struct ConfirmedSet {
   std::vector<RunResult> runs;
   std::vector<ReadResult> readings;  ///< by PeakReading
   std::vector<double> over_true_K;
-  double true_lag = 0.0;           ///< of the sample's middle, behind what the estimator is told
+  double true_lag = 0.0;           ///< of the sample's middle, beyond the estimator's lag
   std::vector<double> lag_misfit;  ///< of the lags: mean squared innovation in its variance, median
   std::vector<double> found_lags;  ///< of the least misfit, one per repetition
 
@@ -148,8 +150,8 @@ ExplainOutcome explain(const Explanation& study, bool quick, bool use_cache,
 /// Runs `set` on top of the study's, seeds from `first_seed` on, and judges the repetitions.
 ConfirmedSet confirm(const Explanation& study, const LabelledSet& set, int seeds, ModelPool& pool);
 
-/// Mean squared innovation, in its variance, of a filter that is told a sample lag and replays a
-/// run; `peaks` gets its predictions of the peak before each sample, K. Throws Error on bad
+/// Mean squared normalized innovation of a filter with a given sample lag, periods, that replays a
+/// run; `peaks` receives its predictions of the peak before each sample, K. Throws Error on bad
 /// settings.
 double replay_misfit(const ReducedModel& model, EstimatorSettings settings, double lag,
                      const Trajectory& run, std::vector<double>* peaks = nullptr);
@@ -161,7 +163,7 @@ RunResult reread(const RunResult& run, PeakReading reading, const ReducedModel& 
 std::vector<Remedy> try_remedies(const Explanation& study, const std::vector<std::string>& set,
                                  const ConfirmedSet& best, ModelPool& pool);
 
-/// The levels that differ from others, in words.
+/// Text: the levels that differ from `others`.
 std::string words_of(const Explanation& study, const std::vector<std::size_t>& levels,
                      const std::vector<std::size_t>& others);
 
@@ -169,7 +171,7 @@ std::string words_of(const Explanation& study, const std::vector<std::size_t>& l
 std::vector<RunJob> explained_jobs(const Explanation& study, const std::vector<std::string>& set,
                                    int first);
 
-/// What each repetition makes of the statements. Throws Error naming a predicate that is none.
+/// Evaluates the statements in each repetition. Throws Error naming a malformed predicate.
 Repetitions judge_repetitions(const Explanation& study, const std::vector<RunResult>& results);
 
 /// Every set of the search, a row each: levels, mean, and each statement's shares.

@@ -141,7 +141,7 @@ class Parser {
   PredicateResult result_;
 };
 
-// Where the statistic may lie, as far from the sample's as a draw's lies on the other side of it.
+// Basic bootstrap: the draw's statistic reflected at the sample's.
 double mirrored_at(double of_sample, double of_draw) {
   return std::isfinite(of_draw) && of_draw != of_sample ? 2.0 * of_sample - of_draw : of_draw;
 }

@@ -37,11 +37,10 @@ struct PredicateResult {
   std::vector<TermValue> terms;  ///< every call, in the order of the text
 };
 
-/// Evaluates `text`. A comparison with NaN is false. With `resamples` above 0 also on so many draws
-/// of the seeds with replacement (the basic bootstrap: what the sample's statistic is to a draw's,
-/// the true one is to the sample's; the same draw for all runs, always the same draws). A maximum
-/// of the sample may then be larger, but not smaller. Throws Error naming the text and what is
-/// wrong with it.
+/// Evaluates `text`. A comparison with NaN is false. `resamples` above 0: also on that many draws
+/// of the seeds with replacement (basic bootstrap, reflected at the sample's statistic; the same
+/// draw for all runs, deterministic). Bounds of a maximum can then only be larger than the
+/// sample's. Throws Error naming the text and its error.
 PredicateResult evaluate_predicate(const std::string& text, const MeasureSource& source,
                                    int resamples = 0);
 

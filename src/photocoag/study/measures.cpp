@@ -1,4 +1,4 @@
-// What is measured of a closed loop, and of two that are compared.
+// Measures of a closed loop, and of two that are compared.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kEarlyCycles = 3;  // as many as chi_3 leaves out
+constexpr std::size_t kEarlyCycles = 3;  // stages that chi_3 leaves out
 constexpr double kLateFrom = 50.0;       // ms, as rms_error_after_50_ms_K of summary.json
 
 // End of the first cycle from which on the value stays within 5 % of the target; infinite: never.
@@ -78,7 +78,7 @@ std::map<std::string, double> measure(const Config& config, const Trajectory& lo
   out["peak_max_K"] = peak_max;
   out["overshoot_K"] = peak_max - reference;
   out["over_limit_K"] = peak_max - limit;
-  // What an experiment shows.
+  // What an experiment can observe.
   const double estimate_max =
       *std::max_element(loop.peak_estimate_K.begin(), loop.peak_estimate_K.end());
   const double last_alpha = loop.absorption_factor.back();

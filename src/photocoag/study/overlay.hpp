@@ -25,10 +25,10 @@ struct OverlayCurve {
 /// The first seed of a result.
 OverlayCurve overlay_curve(std::string label, const RunResult& result);
 
-/// What a figure of closed loops shows.
+/// Content of a figure of closed loops.
 struct OverlayView {
   double end_ms = 60.0;
-  bool estimate = false;  ///< the estimated peak, as an experiment's authors see it
+  bool estimate = false;  ///< true: the estimated peak, as observed in an experiment
   std::optional<OverlayCurve> against = {};  ///< one more panel: the peaks less that of this loop
 };
 
@@ -40,7 +40,7 @@ Figure overlay_figure(const std::vector<OverlayCurve>& curves, const OverlayView
 inline constexpr std::size_t kMostCurves = 18;
 
 /// Over the longest run, and over the heating phase if the run is longer than that; an ink and a
-/// dash for each of the first kMostCurves, the others are left out.
+/// dash for each of the first kMostCurves; further curves are not drawn.
 std::vector<Figure> overlay_figures(std::vector<OverlayCurve> curves);
 
 }  // namespace photocoag

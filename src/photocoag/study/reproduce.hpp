@@ -1,5 +1,5 @@
-// Role: offline; every table and figure of the paper's results on the simulated eye, and what
-// becomes of each claim that the paper's text makes about it. Used by `photocoag reproduce`.
+// Role: offline; every table and figure of the paper's results on the simulated eye, with a verdict
+// on each claim of the paper's text. Used by `photocoag reproduce`.
 // Source: paper, sections 3 to 6. Differences: simulated eyes where the paper has porcine ones.
 // Units: in the names. Real-time promise: none.
 #pragma once
@@ -28,16 +28,17 @@ struct JudgedClaim {
   Claim claim;
   ClaimVerdict verdict = ClaimVerdict::kCannotJudge;
   std::vector<TermValue> terms;          ///< the measured numbers behind it
-  std::optional<ClaimVerdict> in_truth;  ///< of an experiment: by what its authors could not see
+  std::optional<ClaimVerdict> in_truth;  ///< of an experiment: by the true temperatures
   std::vector<TermValue> truth_terms;
-  bool other_seeds = false;  ///< not as many as the plan's, for which the file's verdict is
+  bool other_seeds =
+      false;  ///< another number of seeds than the plan's, for which the file's verdict holds
 
-  /// The verdict is the one that the study's file expects, or it expects none. With another number
-  /// of seeds, which may decide or not: it is not the opposite.
+  /// True if the verdict is the one expected by the study's file, or none is expected. With another
+  /// number of seeds: if it is not the opposite.
   bool as_expected() const noexcept;
 };
 
-/// Verdicts under one change of what the paper does not give; in the order of the claims.
+/// Verdicts under one variation of what the paper does not give, in the order of the claims.
 struct VariedStudy {
   Variation variation;
   std::vector<ClaimVerdict> verdicts;
@@ -63,12 +64,12 @@ struct ReproduceOptions {
   std::filesystem::path studies;  ///< folder with plan.toml and the studies
   std::filesystem::path out;      ///< folder, new or empty
   bool quick = false;             ///< no sensitivities
-  int seeds = 0;                  ///< noise seeds per closed loop; 0: as the plan says
+  int seeds = 0;                  ///< noise seeds per closed loop; 0: the plan's
   bool use_cache = true;
 };
 
-/// Runs everything and writes index.html, claims.json, and an SVG and a CSV per figure. Called with
-/// a label and a fraction. Throws Error.
+/// Runs everything and writes index.html, claims.json, and an SVG and a CSV per figure. Throws
+/// Error.
 std::vector<StudyOutcome> reproduce(const ReproduceOptions& options, const Progress& progress = {});
 
 /// One file of a reproduction, beside index.html.

@@ -11,7 +11,7 @@
 namespace photocoag {
 namespace {
 
-// What the models depend on; two configurations with the same key share them.
+// Key of everything the models depend on; configurations with the same key share them.
 std::string key_of(Config config) {
   const double period = config.control.period;
   config.control = ControlSettings{};
@@ -72,7 +72,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
     measured[i].resize(static_cast<std::size_t>(seeds));
   }
   const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
-  // What the controller is told; what it reaches is measured against the configuration as it is.
+  // The controllers' configurations; results are measured against the original configuration.
   std::vector<Config> told;
   for (const RunJob& job : jobs) {
     told.push_back(told_to_controller(job.config, pool.get(job.config)->reduced));

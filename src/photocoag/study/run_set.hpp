@@ -30,7 +30,7 @@ struct RunJob {
   Config config;  ///< its run.seed is the first seed
 };
 
-/// What came of it: trajectories by seed, and every measure, one value per seed.
+/// Its results: trajectories by seed, and every measure, one value per seed.
 struct RunResult {
   std::string id;
   Config config;
@@ -42,7 +42,7 @@ struct RunResult {
 class ModelPool {
  public:
   explicit ModelPool(bool use_cache) : use_cache_(use_cache) {}
-  /// Throws Error if the configuration cannot be had.
+  /// Throws Error if the models cannot be made.
   std::shared_ptr<const EyeModels> get(const Config& config);
 
  private:
@@ -55,8 +55,8 @@ class ModelPool {
   std::map<std::string, std::shared_ptr<Slot>> slots_;
 };
 
-/// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job. `progress`:
-/// on the thread that called.
+/// Seeds config.run.seed … + seeds - 1 of every job. Throws the first Error of any job. `progress`
+/// runs on the calling thread.
 std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, ModelPool& pool,
                                const Progress& progress = {});
 

@@ -1,6 +1,6 @@
-// Role: offline; one figure or table of the paper as a file (studies/*.toml): which runs, what is
-// drawn, which claims, each with the predicate that decides it. Used by reproduce. Format:
-// docs/studies.md. Units: in the names. Real-time promise: none.
+// Role: offline; one figure or table of the paper as a file (studies/*.toml): runs, figures, and
+// claims, each with the predicate that decides it. Used by reproduce. Format: docs/studies.md.
+// Units: in the names. Real-time promise: none.
 #pragma once
 
 #include <filesystem>
@@ -27,14 +27,14 @@ struct StudyColumn {
 };
 
 struct Claim {
-  std::string text;               ///< what the paper says, in our words
+  std::string text;               ///< paraphrase of the paper's statement
   std::string holds_if = {};      ///< predicate; empty: cannot be judged here
-  std::string in_truth = {};      ///< of an experiment: the same on what its authors could not see
+  std::string in_truth = {};      ///< of an experiment: the same on the true temperatures
   std::string differs = {};       ///< how and why, should the predicate be false
   std::string cannot_judge = {};  ///< why not
-  std::string needs = {};         ///< id of a run that not every build has
-  std::string expected = {};      ///< "holds", "differs", "undecided"; empty: the machine's matter
-  bool ours = false;              ///< not the paper's
+  std::string needs = {};         ///< id of a run that some builds do not have
+  std::string expected = {};  ///< "holds", "differs", "undecided"; empty: depends on the machine
+  bool ours = false;          ///< not the paper's
 };
 
 enum class StudyKind { kClosedLoop, kComputationTimes };
@@ -44,12 +44,12 @@ struct Study {
   std::filesystem::path file;
   StudyKind kind = StudyKind::kClosedLoop;
   std::string title;
-  std::string paper;  ///< where the figure or table is
-  std::string note;   ///< what is ours in it
+  std::string paper;  ///< location of the figure or table in the paper
+  std::string note;   ///< our additions and assumptions
   std::string base;   ///< configuration file; empty: the defaults
   std::vector<std::string> set;
   double view_ms = 60.0;
-  bool experiment = false;      ///< draw what its authors could see: the estimate
+  bool experiment = false;      ///< draw the estimate, as observed in the experiment
   std::string difference_from;  ///< end of the id of the run to draw the differences from; or empty
   std::vector<int> horizons;    ///< of a table of computation times
   std::vector<StudyColumn> columns;
@@ -60,7 +60,7 @@ struct Study {
   std::vector<std::string> overrides(const StudyRun& run) const;
 };
 
-/// What a figure depends on and the paper does not give: overrides that apply to every run.
+/// A variation of what the paper does not give: overrides that apply to every run.
 struct Variation {
   std::string id;
   std::string title;

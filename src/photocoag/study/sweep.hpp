@@ -1,5 +1,5 @@
-// Role: offline; tuning as a user does it: every combination of some values of configuration keys,
-// and several finished runs side by side. Used by `photocoag sweep` and `photocoag compare`.
+// Role: offline; parameter sweeps over all combinations of values of configuration keys, and
+// comparison of finished runs. Used by `photocoag sweep` and `photocoag compare`.
 // Units: in the names. Real-time promise: none.
 #pragma once
 

@@ -13,12 +13,12 @@ namespace photocoag {
 
 /// One run per horizon: ids dense_n2, dense_n5, …; one value per treatment, each treatment replayed
 /// five times: solve_mean_us and solve_max_us over all solves, the machine's interruptions
-/// included; solve_worst_us, the largest over the cycles of the least time of the same solve, which
-/// leaves them out; solve_first_us and solve_warm_worst_us, the same of the first solve and of all
-/// others. Horizons interleaved, so that a noisy moment hits all alike.
+/// included; solve_worst_us, the largest over the cycles of each solve's minimum over the replays,
+/// which excludes them; solve_first_us and solve_warm_worst_us, the same for the first solve and
+/// for all others. Horizons are interleaved, so that disturbances affect all alike.
 std::vector<RunResult> time_solvers(const Study& study, int treatments, ModelPool& pool);
 
-/// The paper's figures, ms; NaN for a horizon that it has not.
+/// The paper's times, ms; NaN for horizons not in the paper.
 struct PaperTime {
   double average_ms;
   double maximum_ms;
