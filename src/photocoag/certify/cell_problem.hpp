@@ -1,5 +1,5 @@
 // Role: offline; the condensed problem (E20) and the solver's intermediate results on a small box
-// of absorption factors, as functions of everything else. Used by certify/paths.
+// of absorption factors, as functions of the remaining parameters. Used by certify/paths.
 // Source: docs/certify.md; D. Goldfarb, A. Idnani (1983), the algorithm of qp/dense.
 // Units: v = u / u_max, K. Real time: none. Threads: one owner.
 #pragma once
@@ -18,12 +18,12 @@ namespace photocoag {
 inline constexpr int kMaxCoefficients = kMaxStages + 2;  // 1, f_1 … f_{N-1}, u_prev
 
 /// c_0 + sum_i c_i x_i: exact in x = (f_1 … f_{N-1}, u_prev), each scaled to [-1, 1]; the
-/// coefficients vary with the place (t_1, t_2) in the cell of (alpha, beta).
+/// coefficients vary with the position (t_1, t_2) in the cell of (alpha, beta).
 using Affine = std::array<Varying, kMaxCoefficients>;
 
-/// Where a row stands for some of the free responses.
+/// State of a row for some of the free responses.
 enum class RowState : unsigned char {
-  kLeftOut,  ///< no u in the box violates it: DenseSolver never looks at it
+  kLeftOut,  ///< no u in the box violates it: DenseSolver skips it
   kLimit,    ///< y_k <= y_max
   kRelaxed,  ///< only u_min keeps it
 };
@@ -31,7 +31,7 @@ enum class RowState : unsigned char {
 /// Active sets are bit masks: bit j, the lower bound of input j; n + j, its upper; 2 n + i, row i.
 using ActiveSet = unsigned;
 
-/// The minimizer with an active set held as equalities, and its multipliers.
+/// The equality-constrained minimizer of an active set, and its multipliers.
 struct Equality {
   std::vector<int> members;                                         ///< ascending
   std::vector<std::array<Varying, kMaxStages>> reach;               ///< H^-1 n_k
@@ -45,7 +45,7 @@ struct Directions {
   std::array<Varying, kMaxStages> rate;  ///< r, one per member
   Varying curvature;                     ///< d2' d2
   bool dependent = false;                ///< the normal lies in the span of the active ones
-  bool decided = false;                  ///< whether it does is known in all of the cell
+  bool decided = false;                  ///< `dependent` is certain in the whole cell
 };
 
 class CellProblem {
@@ -58,28 +58,27 @@ class CellProblem {
   int coefficients() const noexcept { return coefficients_; }
   /// x and t.
   int dimensions() const noexcept { return coefficients_ - 1 + Varying::kPlaces; }
-  /// False: the Hessian is not known to be definite, or a row has no reach; nothing else may be
-  /// asked.
+  /// False: the Hessian is not proved definite, or a row has no reach; call nothing else then.
   bool definite() const noexcept { return definite_; }
   /// Largest sum of a row of |H^-1| times that of |H|: at least its condition in that norm.
   double condition() const noexcept { return condition_; }
 
-  /// Which side of its limit row i is on, from now on.
+  /// Sets the state of row i.
   void set_row(int i, RowState state);
   RowState row(int i) const noexcept { return rows_[i]; }
-  /// Necessary for row i to be in a state.
+  /// Necessary conditions for row i to be in a state.
   std::vector<Inequality> row_conditions(int i, RowState state) const;
 
   const Equality& equality(ActiveSet set);
   Directions directions(ActiveSet set, int entering);
   /// Value minus bound of a constraint at the minimizer on a set, scaled as DenseSolver scales it.
   Affine violation(const Equality& at, int constraint) const;
-  /// The constraint is met exactly at every minimizer on the set: inputs that the set pins to their
-  /// lower bound make it so.
+  /// True if the constraint is met exactly at every minimizer on the set, because the set fixes
+  /// inputs at their lower bound.
   bool is_met_exactly(ActiveSet set, int constraint) const noexcept;
 
-  /// The weakest statement that follows from value >= 0 in all of the cell, where comparisons that
-  /// are closer than kUndecided of `size` may go either way.
+  /// The weakest inequality implied by value >= 0 in the whole cell; comparisons closer than
+  /// kUndecided of `size` may go either way.
   Inequality at_least_zero(const Affine& value, double size) const;
   /// Largest sum of the terms.
   double size(const Affine& value) const noexcept;
@@ -115,7 +114,7 @@ class CellProblem {
   std::unordered_map<ActiveSet, Equality> known_;  // for rows_
 };
 
-/// Comparisons closer than this, relative to their terms, may go either way in a proof: a reserve
+/// Comparisons closer than this, relative to their terms, count as undecided in a proof: a margin
 /// for the solver's rounding (docs/certify.md).
 inline constexpr double kUndecided = 1e-8;
 

@@ -17,8 +17,8 @@
 namespace photocoag {
 namespace {
 
-// What a halving of alpha is worth beside one of a free response: the spread of the impulses over
-// their value against the spread of a temperature over the limit.
+// Weight of halving alpha relative to halving a free response: the relative spread of the impulse
+// responses against the spread of a temperature relative to the limit.
 constexpr double kAbsorptionCounts = 3.0;
 constexpr int kKept = 32;   // of the samples with the most changes, to search around
 constexpr int kChunk = 64;  // boxes between two looks at `stop`
@@ -29,7 +29,7 @@ struct Piece {
   long long cycle = 3;
   int halvings = 0;
   double volume = 1.0;                            // share of the whole
-  int longest = std::numeric_limits<int>::max();  // what is known: no problem in it needs more
+  int longest = std::numeric_limits<int>::max();  // proved: no problem in it needs more
   double condition = 0.0;
   std::vector<ParameterPoint> witnesses{};
 };
@@ -109,8 +109,8 @@ class Certifier {
     return changes;
   }
 
-  // To a random place of the box, or a random step from where it is; every fourth number is at an
-  // end of its range.
+  // Moves to a random point of the box, or by a random step; every fourth number is at an end of
+  // its range.
   void move(ParameterPoint& point, std::uint64_t i, long long cycle, bool near) const {
     std::uint64_t drawn = 16 * (4 * i + static_cast<std::uint64_t>(cycle));
     const auto random = [&] { return uniform(options_.seed, drawn++, RandomStream::kStudy); };
@@ -130,8 +130,7 @@ class Certifier {
     if (settings_.power_change_weight > 0.0) place(box_.previous, point.previous);
   }
 
-  // All of them looked at, the ones that are not proved halved; those beyond the limits as they
-  // are.
+  // Examines all boxes and halves those not proved; boxes at the limits are kept.
   std::vector<Piece> generation(std::vector<Piece> open) {
     std::vector<Piece> next;
     std::size_t done = 0;
@@ -150,7 +149,7 @@ class Certifier {
     return next;
   }
 
-  // The boxes that are left: once more, to the end of every path, for a bound at least.
+  // Examines the remaining boxes once more, to the end of every path, to get at least a bound.
   void finish(std::vector<Piece> open) {
     for (std::size_t done = 0; done < open.size(); done += kChunk) {
       const std::size_t count = std::min<std::size_t>(kChunk, open.size() - done);
@@ -245,7 +244,7 @@ class Certifier {
     return result;
   }
 
-  // What is known of a box in which `seen` is not proved.
+  // Records a box in which `seen` is not proved.
   void leave_open(const Piece& piece) {
     ++result_.open_boxes;
     result_.condition = std::max(result_.condition, piece.condition);

@@ -15,30 +15,30 @@ namespace photocoag {
 
 struct CertifyOptions {
   int halvings = 40;            ///< most halvings of a box, 0 to 60
-  std::size_t boxes = 20'000;   ///< most boxes looked at
-  long long nodes = 4'000;      ///< most decisions followed in a box; four times as many at the end
-  long long samples = 200'000;  ///< problems solved before, to see how many changes there are
+  std::size_t boxes = 20'000;   ///< most boxes examined
+  long long nodes = 4'000;      ///< most decisions per box; four times as many at the end
+  long long samples = 200'000;  ///< problems solved first, to find the largest number of changes
   std::uint64_t seed = 1;
 };
 
 struct Certificate {
-  int seen = 0;           ///< the most changes that DenseSolver has made for a problem of the box
-  int proved = 0;         ///< no problem of the box needs more
-  int hard_bound = 0;     ///< DenseSolver::iteration_bound(), after which it gives up
-  double share = 0.0;     ///< of the box's volume in which `seen` is proved to be the most
-  std::size_t boxes = 0;  ///< looked at
+  int seen = 0;        ///< most changes by DenseSolver for a sampled problem of the box
+  int proved = 0;      ///< no problem of the box needs more changes
+  int hard_bound = 0;  ///< DenseSolver::iteration_bound(), after which it gives up
+  double share = 0.0;  ///< fraction of the box's volume in which `seen` is proved to be the maximum
+  std::size_t boxes = 0;       ///< examined
   std::size_t open_boxes = 0;  ///< in which `seen` is not proved
   std::size_t undecided = 0;   ///< of those: with the hard bound only
   long long solved = 0;        ///< problems given to DenseSolver
-  double condition = 0.0;      ///< of the Hessian, at most, in the boxes looked at to the end
-  double rounding = 0.0;       ///< what the solver's comparisons may be off by, relative
-  bool stopped = false;        ///< before the end; what is proved so far holds
+  double condition = 0.0;  ///< largest bound on the Hessian's condition in the fully examined boxes
+  double rounding = 0.0;   ///< bound on the relative error of the solver's comparisons
+  bool stopped = false;    ///< before the end; what is proved so far holds
 
-  /// The rounding is covered by the reserve of every comparison.
+  /// True if the margin of every comparison covers the rounding.
   bool covers_rounding() const noexcept;
 };
 
-/// Settings and box as one line of text: what a proof is a proof of.
+/// Settings and box as one line of text: the statement that a proof proves.
 std::string claim_text(const ControlSettings& settings, const CertifiedBox& box,
                        const CertifyOptions& options);
 

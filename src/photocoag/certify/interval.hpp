@@ -1,8 +1,8 @@
-// Role: offline; numbers that are known between two bounds, and functions over a small box of
-// absorption factors. Used by certify. Source: R. E. Moore, R. B. Kearfott, M. J. Cloud,
-// "Introduction to Interval Analysis" (2009), ch. 2 to 6 (slopes: 6.5).
+// Role: offline; interval arithmetic, and functions over a small box of absorption factors. Used by
+// certify. Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, "Introduction to Interval Analysis"
+// (2009), ch. 2 to 6 (slopes: 6.5).
 // Differences: bounds are moved outwards by an ulp after every operation, whatever the rounding
-// mode; exp is trusted to 4 ulp. Units: none. Real time: none. Threads: plain data.
+// mode; exp is assumed accurate to 4 ulp. Units: none. Real time: none. Threads: plain data.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace photocoag {
 
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-/// All numbers from `low` to `high`. The result of an operation holds every result of its operands'
-/// numbers.
+/// All numbers from `low` to `high`. An operation's result contains the results for all numbers in
+/// its operands.
 struct Interval {
   double low = 0.0;
   double high = 0.0;
@@ -25,7 +25,7 @@ struct Interval {
   constexpr Interval(double l, double h) noexcept : low(l), high(h) {}
 
   double middle() const noexcept { return 0.5 * (low + high); }
-  /// At least the distance of any of them from middle().
+  /// Upper bound of the distance from middle().
   double radius() const noexcept {
     const double m = middle();
     return std::max(high - m, m - low) * (1.0 + 1e-15) + std::numeric_limits<double>::min();
@@ -33,7 +33,7 @@ struct Interval {
   double magnitude() const noexcept { return std::max(std::abs(low), std::abs(high)); }
 };
 
-/// What rounding to nearest may have cost, moved outwards.
+/// Widens by the possible rounding error.
 inline Interval outward(double low, double high) noexcept {
   constexpr double kUlp = std::numeric_limits<double>::epsilon();
   constexpr double kLeast = std::numeric_limits<double>::min();
@@ -54,7 +54,7 @@ inline Interval operator*(const Interval& a, const Interval& b) noexcept {
   return outward(std::min(std::min(p, q), std::min(r, s)),
                  std::max(std::max(p, q), std::max(r, s)));
 }
-/// Everything if `a` holds 0.
+/// The whole real line if `a` contains 0.
 inline Interval reciprocal(const Interval& a) noexcept {
   if (!(a.low > 0.0) && !(a.high < 0.0)) return {-kUnbounded, kUnbounded};
   return outward(1.0 / a.high, 1.0 / a.low);
@@ -67,9 +67,9 @@ inline Interval exp(const Interval& a) noexcept {
   return outward(std::exp(a.low) * (1.0 - kTrusted), std::exp(a.high) * (1.0 + kTrusted));
 }
 
-/// A function x(t) of t in [-1, 1]^2, the place in a box of (alpha, beta), as
+/// A function x(t) of t in [-1, 1]^2, the position in a box of (alpha, beta), as
 ///   x(t) in at_middle + slope_1 t_1 + slope_2 t_2:
-/// its range overestimates by the square of the box's width, where plain intervals do by the width.
+/// its range overestimates by O(width^2) of the box, plain intervals by O(width).
 struct Varying {
   static constexpr int kPlaces = 2;
 

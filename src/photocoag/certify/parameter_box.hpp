@@ -1,4 +1,5 @@
-// Role: offline; what a proof about `dense` is a proof over. Used by certify, the program.
+// Role: offline; the parameter box over which a property of `dense` is proved. Used by certify,
+// apps.
 // Source: docs/certify.md. Units: SI. Real time: none. Threads: plain data.
 #pragma once
 
@@ -21,20 +22,19 @@ struct Range {
 
 inline constexpr int kMaxStages = kMaxCertifiedHorizon - 1;  // N - 1
 
-/// The free responses f_1 … f_{N-1}, each by itself, and everything else that changes from cycle to
-/// cycle. u_ref follows from alpha and beta (E21).
+/// Ranges of the free responses f_1 … f_{N-1}, independently, and of everything else that changes
+/// from cycle to cycle. u_ref follows from alpha and beta (E21).
 struct CertifiedBox {
   Range absorption{0.2, 2.0};
-  Range choroid{1.0, 1.0};               // beta; plays no part for one parameter
+  Range choroid{1.0, 1.0};               // beta; ignored for one parameter
   std::array<Range, kMaxStages> free{};  // K
-  Range previous{0.0, 0.1};  // W, u_prev; plays no part without control.power_change_weight
+  Range previous{0.0, 0.1};              // W, u_prev; ignored without control.power_change_weight
 
   /// Throws Error naming the range.
   void validate() const;
 };
 
-/// What `certify` takes where nothing narrower is asked for: free responses from 0 to 1.25 times
-/// the limit, all powers.
+/// Default box of `certify`: free responses from 0 to 1.25 times the limit, all powers.
 CertifiedBox usual_box(const ControlSettings& settings, Range absorption, Range choroid);
 
 /// Throws Error naming the first setting for which the count of active-set changes cannot be

@@ -5,7 +5,7 @@
 namespace photocoag {
 namespace {
 
-constexpr double kSurely = 1e-10;  // a rate above this is taken to be above 0 by DenseSolver, too
+constexpr double kSurely = 1e-10;  // DenseSolver also treats a rate above this as positive
 
 // Depth first. A node is the solver between two decisions; its region is where all decisions on the
 // way to it are possible.
@@ -52,7 +52,7 @@ class Search {
   // last on the way from the minimizer before.
   void choose_entering(ActiveSet set, int changes, int left) {
     if (!visit(changes)) return;
-    // The cost rises from minimizer to minimizer: none comes back.
+    // The cost rises from minimizer to minimizer, so none occurs twice.
     if (std::find(seen_.begin(), seen_.end(), set) != seen_.end()) return;
     seen_.push_back(set);
     const std::size_t size = region_.size();
@@ -63,7 +63,7 @@ class Search {
     }
     std::vector<Candidate> candidates;
     for (int c = 0; c < 3 * n_; ++c) {
-      // What left last was moved away from since.
+      // The last constraint that left cannot be violated.
       if (c == left || !is_looked_at(set, c)) continue;
       const Affine v = problem_.violation(at, c);
       candidates.push_back({c, v, problem_.size(v)});

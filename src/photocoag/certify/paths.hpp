@@ -1,6 +1,6 @@
-// Role: offline; every sequence of decisions that DenseSolver may take in a box of
-// parameters, and the longest. Used by certify. Source: docs/certify.md. Units: none. Real time:
-// none. Threads: one owner.
+// Role: offline; enumerates the sequences of decisions that DenseSolver may take in a box of
+// parameters, and finds the longest. Used by certify. Source: docs/certify.md. Units: none. Real
+// time: none. Threads: one owner.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@ struct PathSearch {
   double condition = 0.0;  ///< of the Hessian, at most
 };
 
-/// A point (x, t) in or near the region of a path, and the number of changes there.
+/// Callback with a point (x, t) in or near the region of a path, and its number of changes.
 using Witness = std::function<void(const std::array<double, kMaxDimensions>& point, int changes)>;
 
-/// `budget`: most nodes. `enough`: the search ends, not complete, once a path is longer. `witness`
-/// sees a point of every path that is longer than all before.
+/// `budget`: most nodes. `enough`: the search stops, incomplete, once a path is longer. `witness`
+/// gets a point of every path that is longer than all before.
 PathSearch search_paths(CellProblem& problem, long long budget, int enough, const Witness& witness);
 
 }  // namespace photocoag

@@ -1,7 +1,7 @@
-// Role: offline; a polytope in a box of few dimensions, built up inequality by inequality, and the
-// proof that it is empty. Used by certify. Source: the simplex method on the dual of "the point
-// with the largest least slack"; Farkas' lemma. Written for this purpose: no line of qp/dense,
-// whose decisions are what certify looks at. Units: none. Real time: none. Threads: one owner.
+// Role: offline; a low-dimensional polytope in a box, built up by inequalities, and a proof of
+// emptiness. Used by certify. Source: the simplex method on the dual of "maximize the smallest
+// slack"; Farkas' lemma. Shares no code with qp/dense, whose decisions certify analyses. Units:
+// none. Real time: none. Threads: one owner.
 #pragma once
 
 #include <array>
@@ -23,16 +23,16 @@ class Region {
  public:
   explicit Region(int dimensions) : dimensions_(dimensions) {}
 
-  /// Adds an inequality. One with an entry that is not finite says nothing and is left out.
+  /// Adds an inequality; one with a non-finite entry is ignored.
   void add(const Inequality& inequality);
-  /// Takes away the inequalities added last, down to `count`, as size() told before.
+  /// Removes the inequalities added last, down to `count`, an earlier size().
   void shrink(std::size_t count) { rows_.resize(count); }
   std::size_t size() const noexcept { return rows_.size(); }
 
-  /// True if the region is proved to hold no point: a non-negative sum of its inequalities is below
-  /// 0 in all of the box, rounding counted. False: there may be points; point() is in it or near.
+  /// True if the region is proved empty: a non-negative combination of its inequalities is negative
+  /// in the whole box, rounding included. False: it may contain points; point() is in it or near.
   bool is_empty();
-  /// Where is_empty() has ended.
+  /// Final point of is_empty().
   const std::array<double, kMaxDimensions>& point() const noexcept { return point_; }
 
  private:

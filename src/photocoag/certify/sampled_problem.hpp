@@ -1,5 +1,6 @@
-// Role: offline; single problems out of a box of parameters, for DenseSolver itself. Used by
-// certify: the largest count seen. Source: (E20), written out (condensing is mpc/ocp).
+// Role: offline; individual problems from a box of parameters, solved by DenseSolver. Used by
+// certify to find the largest observed number of changes. Source: (E20), written out (condensing is
+// mpc/ocp).
 // Units: SI. Real time: none. Threads: one owner.
 #pragma once
 

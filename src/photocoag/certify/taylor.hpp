@@ -1,5 +1,5 @@
-// Role: offline; a polynomial of the place in a cell of absorption factors, with a bound of what it
-// leaves out. Used by certify/cell_problem, where plain slopes would add up what cancels.
+// Role: offline; Taylor models: polynomials over a cell of absorption factors with a bound of the
+// remainder. Used by certify/cell_problem, where slopes alone would not see cancellation.
 // Source: R. E. Moore, R. B. Kearfott, M. J. Cloud (2009), ch. 9 (Taylor models).
 // Units: none. Real time: none. Threads: plain data.
 #pragma once
@@ -21,13 +21,13 @@ struct Taylor {
   Taylor() = default;
   explicit Taylor(const Interval& constant) noexcept { coefficient[0] = constant; }
 
-  /// Of t_1^i t_2^j, in the order of i + j.
+  /// Index of the coefficient of t_1^i t_2^j, ordered by i + j.
   static constexpr int index(int i, int j) noexcept { return (i + j) * (i + j + 1) / 2 + j; }
 
-  /// All values but those of the constant term.
+  /// Range without the constant term.
   Interval reach() const noexcept;
-  /// The same function with everything beyond the linear terms in their slopes, and what is left
-  /// out in the middle value.
+  /// The same function with the higher-order terms in the slopes and the remainder in the middle
+  /// value.
   Varying varying() const noexcept;
 };
 
@@ -35,7 +35,7 @@ Taylor operator+(const Taylor& a, const Taylor& b) noexcept;
 Taylor operator-(const Taylor& a, const Taylor& b) noexcept;
 Taylor operator*(const Taylor& a, const Taylor& b) noexcept;
 Taylor operator*(const Taylor& a, const Interval& factor) noexcept;
-/// Everything where 0 is not excluded.
+/// The whole real line unless 0 is excluded.
 Taylor reciprocal(const Taylor& a) noexcept;
 Taylor exp(const Taylor& a) noexcept;
 

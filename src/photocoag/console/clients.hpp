@@ -1,5 +1,5 @@
-// Role: the program; one client of the console's server: what it has sent so far and what it has
-// not taken yet, both bounded. Used by server. Real time: none. Threads: the server's.
+// Role: the program; one client of the console's server with its bounded receive buffer and send
+// queue. Used by server. Real time: none. Threads: the server's.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ class WebClient {
   /// Speaks Foxglove's protocol, not the console's.
   bool foxglove() const noexcept { return foxglove_; }
 
-  /// Part of a message, and how many bytes of its frame are still to come. False: it grows beyond
+  /// Appends part of a message; `to_come`: bytes of its frame still missing. False if it exceeds
   /// the limit.
   bool receive(std::string_view part, std::size_t to_come) {
     if (received_.size() + part.size() + to_come > limits_.message_bytes) return false;
@@ -39,7 +39,7 @@ class WebClient {
   }
   std::string take_received() { return std::exchange(received_, {}); }
 
-  /// Counts a message at this time. False: too many in the last second.
+  /// Counts a message. False if there were too many in the last second.
   bool may_speak(std::int64_t now_us) {
     constexpr std::int64_t kSecond = 1'000'000;
     if (now_us - second_ >= kSecond) {
@@ -49,7 +49,7 @@ class WebClient {
     return ++spoken_ <= limits_.messages_per_second;
   }
 
-  /// False: too much waits for it already; it is doomed from then on.
+  /// Queues a message. False if the queue is full; the client is then to be disconnected.
   bool push(const Message& message) {
     if (queued_ + message->bytes.size() > limits_.queue_bytes) {
       doomed_ = true;

@@ -1,5 +1,5 @@
-// Role: the program; a treatment in words and numbers before it starts and after it has ended: the
-// messages "before" and "spot". Used by console_command. Format: docs/console.md.
+// Role: the program; describes a treatment before it starts and after it has ended: the messages
+// "before" and "spot". Used by apps. Format: docs/console.md.
 #pragma once
 
 #include <filesystem>
@@ -13,11 +13,11 @@
 
 namespace photocoag {
 
-/// What is treated, and who may start it.
+/// The device, and who may start a spot.
 struct ConsoleDevice {
-  std::string name;              ///< in words
+  std::string name;              ///< as shown to users
   bool browser_starts = false;   ///< a simulated eye
-  bool self_test_first = false;  ///< tested before the start; else when a spot starts
+  bool self_test_first = false;  ///< self-test before the start; else when a spot starts
 };
 
 /// `config`: as the controller gets it (with its margin).

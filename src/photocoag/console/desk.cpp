@@ -15,7 +15,7 @@
 namespace photocoag {
 namespace {
 
-constexpr double kRingSeconds = 2.0;           // that the server may sleep without losing a row
+constexpr double kRingSeconds = 2.0;           // that the server may stall without losing a row
 constexpr std::size_t kLeastRing = 1024;       // records
 constexpr std::size_t kMostReport = 32 << 20;  // bytes
 
@@ -31,7 +31,7 @@ bool is_choice(std::string_view command) {
   return std::ranges::find(kChoices, word) != std::end(kChoices);
 }
 
-// When a cycle's sample was taken, ns since 1970; in virtual time when we see it.
+// When a cycle's sample was taken, ns since 1970; in virtual time the time of reading.
 std::int64_t unix_ns_of(const LogRecord& record) {
   using namespace std::chrono;
   const std::int64_t now =
@@ -155,13 +155,13 @@ void Desk::left(int client) {
   --clients_;
   if (operator_ == client) {
     operator_ = 0;
-    // Nobody sees what would start; a spot that runs goes on under its supervisor.
+    // No start without an operator; a running spot continues under its supervisor.
     nothing_starts(settings_.browser_starts);
   }
   pending_.push_back(role_message());
 }
 
-// What was armed, started or running on, and has not begun.
+// Cancels what is armed, started or running on but has not begun.
 void Desk::nothing_starts(bool of_terminal) {
   if (state_ == SafetyState::kReady) set(SafetyState::kStandby, SafetyReason::kNone);
   run_on_ = false;
@@ -177,7 +177,7 @@ std::string Desk::answer(int client, std::string_view text) {
   return answer_message(*command, obey(client, *command));
 }
 
-// Empty: done. Else why not.
+// Empty on success, else the reason.
 std::string Desk::obey(int client, std::string_view command) {
   if (command == "stop") {
     settings_.stop();
@@ -207,7 +207,7 @@ std::string Desk::obey(int client, std::string_view command) {
   return refusal(command);
 }
 
-// Of what only a simulated eye's operator may ask for.
+// Commands reserved for the operator of a simulated eye.
 std::string Desk::refusal(std::string_view command) {
   const auto step = [&](SafetyState from, SafetyState to) -> std::string {
     if (state_ != from) return fmt::format("not in {}", to_string(state_));
@@ -252,7 +252,7 @@ std::vector<std::string> Desk::tick() {
     newest_ = {};
     next_cycle_ = dropped_ = overruns_ = 0;
   }
-  // What the loop has written before `after` was said is in the ring by now.
+  // The ring now holds everything that the loop wrote before `after`.
   for (std::size_t count; (count = ring_.pop(batch_)) > 0;) {
     for (std::size_t i = 0; i < count; ++i) {
       newest_ = batch_[i];
@@ -278,7 +278,7 @@ std::string Desk::live_message(std::string rows) {
   const double power = treating && any ? newest_.end.next_power : 0.0;
   const SafetyStatus& safety = newest_.end.safety;
   const double age = static_cast<double>(monotonic_ns() - newest_.end.sample.now_ns) * 1e-6;
-  // After the last cycle nothing more is due: what is left is written to the disk.
+  // After the last cycle no more rows are due.
   const bool due = treating && any && safety.state == SafetyState::kTreating &&
                    newest_.wake_late != LogRecord::kNoTime;
   return fmt::format(

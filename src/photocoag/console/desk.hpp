@@ -1,8 +1,7 @@
-// Role: the program; what the console's clients are told and may ask for: state, rows of the
-// running spot, commands. Used by console_command, tests. Source: docs/console.md (messages,
-// rules). Real time: none; of a running loop it has the ring's reading end and the wish to stop,
-// nothing else. Threads: answer, tick, came, left and file by the server's thread; the rest by the
-// owner's.
+// Role: the program; the console's state and commands for its clients: state, rows of the running
+// spot, commands. Used by apps, tests. Source: docs/console.md. Real time: none; its only links to
+// a running loop are the ring's reading end and the stop request. Threads: answer, tick, came, left
+// and file by the server's thread; the rest by the owner's.
 #pragma once
 
 #include <atomic>
@@ -29,8 +28,8 @@ struct DeskSettings {
   bool browser_starts = false;   ///< true: a simulated eye
   bool foxglove = false;         ///< true: cycles also for Foxglove clients
   double period = 1e-3;          ///< s
-  std::function<void()> stop;    ///< the wish to stop: one atomic store
-  std::function<void()> resume;  ///< takes it back; only when someone arms or starts
+  std::function<void()> stop;    ///< requests a stop: one atomic store
+  std::function<void()> resume;  ///< withdraws it; only on arming or starting
   std::string before;            ///< message "before" (describe.hpp); empty: not known yet
 };
 
@@ -52,48 +51,48 @@ class Desk {
  public:
   explicit Desk(DeskSettings settings);
 
-  /// What the server asks.
+  /// Callbacks for the server.
   ServerHooks hooks(std::function<std::optional<WebFile>(std::string_view path)> page,
                     std::function<void(std::string_view line)> log);
 
-  /// The loop's end of the ring.
+  /// The ring that the loop writes to.
   SpscRing<LogRecord>& live() noexcept { return ring_; }
 
   /// A self-test's outcome, before a spot or between two: STANDBY, or SAFE_STOP.
   void self_tested(const SelfTestReport& report, const SafetyLimits& limits);
-  /// The device is tested when a spot starts: STANDBY.
+  /// STANDBY without a self-test: the device is tested when a spot starts.
   void stand_by();
   enum class Wish { kNone, kStart, kReset, kChoice };
-  /// Waits until someone asks for a start or a reset, or chooses, at most so long.
+  /// Waits at most `patience` for a start, a reset or a choice.
   Wish wait(std::chrono::milliseconds patience);
-  /// By the terminal: Enter. Starts from STANDBY or READY, resets after a spot.
+  /// Enter at the terminal: starts from STANDBY or READY, resets after a spot.
   void enter();
-  /// Right before a spot: whether what was started, or runs on, is still wanted. If so, nothing is
-  /// armed until it has begun: a STOP that comes now is not taken back.
+  /// Right before a spot: true if the start, or running on, is still wanted. From then until
+  /// begin() nothing can be armed, so that a STOP in between is not withdrawn.
   bool commit();
   void begin(const SpotBegin& spot);
-  /// Its loop has ended; what it leaves behind is being written.
+  /// Its loop has ended; its files are being written.
   void over(SafetyState state, SafetyReason reason);
   void end(SpotEnd spot);
 
   SafetyState state() const;
 
-  /// Another spot with another set-up: message "before".
+  /// Message "before" of the next spot.
   void set_before(std::string message);
-  /// Of a session: what the operating tab may choose now, and which spots it may name. The answer
-  /// is a Wish::kChoice. No choice starts anything.
+  /// For a session: the choices of the operating tab, and the spots it may name. The result is a
+  /// Wish::kChoice. No choice starts a spot.
   void offer(std::vector<std::string> choices, std::vector<std::string> spots = {});
-  /// What was chosen: one of the offered words, with a spot after a space if one was named.
+  /// The choice: one of the offered words, followed by a space and a spot if one was named.
   std::string choice() const;
-  /// The operating tab of a simulated eye wants spot after spot, and nothing has ended that: STOP,
-  /// its leaving, or us.
+  /// True while the operating tab of a simulated eye has asked for spot after spot, and neither
+  /// STOP, its leaving nor end_run_on() has ended that.
   bool runs_on() const;
   void end_run_on();
-  /// Nothing may be armed: the session is over.
+  /// The session is over: nothing can be armed any more.
   void rest();
-  /// Message "session", to all and to whoever comes.
+  /// Message "session", to all present and later clients.
   void tell_session(std::string message);
-  /// The run folders of all spots so far, in their order.
+  /// The run folders of all spots so far, in order.
   void set_folders(std::vector<std::filesystem::path> folders);
 
  private:

@@ -1,4 +1,4 @@
-// What a desk offers the operator of a session, beside starting a spot.
+// The desk's functions for the operator of a session.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ void Desk::offer(std::vector<std::string> choices, std::vector<std::string> spot
   pending_.push_back(role_message());
 }
 
-// Empty: chosen. Else why not.
+// Empty on success, else the reason.
 std::string Desk::choose(std::string_view command) {
   if (command == "run_on" || command == "run_off") {
     if (!settings_.browser_starts) {
@@ -54,7 +54,7 @@ std::string Desk::choose(std::string_view command) {
     }
     if (session_.empty()) return "there is no session";
     run_on_ = command == "run_on";
-    // Never of a spot that runs or begins: somebody may have stopped it just now.
+    // Not while a spot runs or begins: it may just have been stopped.
     if (run_on_ && !committed_ && state_ != SafetyState::kTreating) settings_.resume();
     pending_.push_back(role_message());
     return {};

@@ -1,6 +1,5 @@
-// Role: the program; the files that the console's server hands out: headers at once, bytes as the
-// client takes them. Used by server. Source: docs/console.md (policy). Real time: none. Threads:
-// the server's.
+// Role: the program; sends files over HTTP: headers at once, data as the client accepts it. Used by
+// server. Source: docs/console.md (policy). Real time: none. Threads: the server's.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +15,7 @@ class FileSender {
  public:
   /// Status 200 with type, length and policies. False: the connection must be closed.
   bool begin(lws* wsi, WebFile file);
-  /// The next bytes. False: the connection is over.
+  /// Sends the next bytes. False: the connection is finished.
   bool go_on(lws* wsi);
   void forget(lws* wsi) { sending_.erase(wsi); }
 

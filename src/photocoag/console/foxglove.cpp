@@ -30,7 +30,7 @@ std::string schema_of(const std::string& title, const std::vector<const CycleFie
   return schema.dump();
 }
 
-// All digits, so that it reads back to the log's bits; a value that does not exist is left out.
+// All digits, so that values read back exactly; missing values are omitted.
 std::string payload_of(const std::vector<const CycleField*>& fields, const LogRecord& record) {
   std::string text = "{";
   const auto add = [&](const CycleField* field, const auto& value) {

@@ -1,6 +1,6 @@
 // Role: the program; the cycles of a running treatment as messages of Foxglove's WebSocket
-// protocol: channels in JSON with their schemas and units, to clients that subscribe; from a client
-// nothing is taken but its subscriptions. Used by desk (adds cycles), server (asks). Source:
+// protocol: channels in JSON with their schemas and units, to clients that subscribe. Clients can
+// only subscribe and unsubscribe. Used by desk, which adds cycles, and server, which sends. Source:
 // docs/console.md (Foxglove). Real time: none. Threads: the server's.
 #pragma once
 
@@ -23,7 +23,7 @@ class FoxgloveFeed {
  public:
   FoxgloveFeed();
 
-  /// What a client is told first: serverInfo, advertise.
+  /// First messages to a client: serverInfo, advertise.
   std::vector<std::string> came(int client);
   void left(int client);
   struct Reply {
@@ -33,9 +33,9 @@ class FoxgloveFeed {
   Reply said(int client, std::string_view text);
 
   bool wanted() const noexcept { return !clients_.empty(); }
-  /// A cycle, of so many ns since 1970.
+  /// Adds a cycle; `unix_ns`: ns since 1970.
   void add(const LogRecord& record, std::int64_t unix_ns);
-  /// Binary messages with what was added since forget(), of what it has subscribed to.
+  /// Binary messages with the cycles added since forget(), for the client's subscriptions.
   std::vector<std::string> messages(int client) const;
   void forget() { added_.clear(); }
 

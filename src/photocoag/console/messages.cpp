@@ -42,7 +42,7 @@ constexpr std::string_view kColumns[] = {"cycle",
                                          "safety_reason",
                                          "sample_verdict"};
 
-// As many digits as nobody can see on a screen; the log has them all.
+// Enough digits for a screen; the log has all.
 constexpr const char* kReal = "{:.7g}";
 
 Json item(std::string_view name, bool good, std::string found, std::string accepted) {

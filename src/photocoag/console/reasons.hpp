@@ -1,4 +1,4 @@
-// Role: the program; the supervisor's reasons as an operator reads them: what happened, what to do.
+// Role: the program; the supervisor's reasons as text for the operator: what happened, what to do.
 // Used by describe. Source: docs/safety.md.
 #pragma once
 

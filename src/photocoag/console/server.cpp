@@ -18,13 +18,13 @@ namespace photocoag {
 namespace {
 
 constexpr const char* kLoopback = "127.0.0.1";
-constexpr int kMostLines = 20;              // of a kind of refusal; the rest is counted
+constexpr int kMostLines = 20;              // logged per kind of refusal; the rest is only counted
 constexpr unsigned kHeaderPatience = 3;     // s, for a request to be complete
 constexpr std::uint16_t kNotAllowed = 403;  // HTTP
 constexpr std::uint16_t kNotFound = 404;    // HTTP
 constexpr std::uint16_t kOnlyGet = 405;     // HTTP
 constexpr std::uint16_t kTooManyNow = 503;  // HTTP
-constexpr std::size_t kMostHeader = 256;    // bytes of a header that we look at
+constexpr std::size_t kMostHeader = 256;    // bytes of a header that are read
 
 std::string header(lws* wsi, lws_token_indexes which) {
   std::array<char, kMostHeader> text{};
@@ -84,14 +84,14 @@ struct ConsoleServer::Impl {
            (foxglove && std::find(others.begin(), others.end(), origin) != others.end());
   }
 
-  // A browser that was led here under another name (DNS rebinding) or from another page.
+  // Rejects browsers that came under another host name (DNS rebinding) or from another page.
   bool from_here(lws* wsi, bool foxglove = false) {
     const std::string host = header(wsi, WSI_TOKEN_HOST);
     const std::string origin = header(wsi, WSI_TOKEN_ORIGIN);
     for (const char* name : {kLoopback, "localhost"}) {
       const std::string ours = fmt::format("{}:{}", name, port);
       const bool told = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
-      if (told && origin.empty()) break;  // longer than we look at
+      if (told && origin.empty()) break;  // longer than what is read
       if (host == ours && allowed(origin, ours, foxglove)) return true;
     }
     refuse(refusals.origin,
@@ -226,7 +226,7 @@ struct ConsoleServer::Impl {
     if (hooks.left) hooks.left(id);
   }
 
-  // A file: found, its headers sent, its bytes as the client takes them.
+  // Finds a file and sends its headers; its data follow as the client accepts them.
   int request(lws* wsi, std::string_view path) {
     if (!from_here(wsi)) return answer(wsi, kNotAllowed);
     if (lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) == 0) return answer(wsi, kOnlyGet);
@@ -350,7 +350,7 @@ struct ConsoleServer::Impl {
     const int bound = vhost == nullptr ? 0 : lws_get_vhost_listen_port(vhost);
     if (bound <= 0) {
       throw Error(ErrorParts{.where = "--port",
-                             .problem = "nobody can listen there",
+                             .problem = "the port cannot be opened",
                              .found = fmt::format("{}", settings.port),
                              .accepted = "a port that is free; 0: any"});
     }

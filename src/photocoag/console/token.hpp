@@ -1,5 +1,4 @@
-// Role: the program; the secret that a client of the console must know. Used by server,
-// console_command.
+// Role: the program; the secret that a client of the console must know. Used by server, apps.
 #pragma once
 
 #include <string>
@@ -10,7 +9,7 @@ namespace photocoag {
 /// 32 hexadecimal digits from the system's random source. Throws Error.
 std::string random_token();
 
-/// Takes as long wherever the two begin to differ.
+/// Constant-time comparison.
 bool same_secret(std::string_view a, std::string_view b) noexcept;
 
 }  // namespace photocoag

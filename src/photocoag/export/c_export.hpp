@@ -1,5 +1,5 @@
 // Role: setup; the controller as C99 for machines without an operating system. Used by the command
-// export-c. Source: docs/embedding-c.md (what it carries and what not, sizes, instruction counts).
+// export-c. Source: docs/embedding-c.md (features, sizes, instruction counts).
 // Units: SI. Allocates.
 #pragma once
 
@@ -14,8 +14,9 @@ namespace photocoag {
 
 struct CExportOptions {
   bool single_precision = false;
-  std::string prefix = "pc_";  ///< of every name: a C identifier of lower-case letters, digits, _
-  std::string config_sha256 = {};  ///< written down
+  std::string prefix =
+      "pc_";  ///< prefix of every name: a C identifier of lower-case letters, digits, _
+  std::string config_sha256 = {};  ///< recorded in the files
 };
 
 struct ExportedFile {
@@ -24,12 +25,12 @@ struct ExportedFile {
 };
 
 /// Throws Error naming the key, what was found and what is accepted if the C controller does not
-/// carry a setting; and if `options.prefix` is not a prefix.
+/// support a setting or `options.prefix` is not valid.
 void require_exportable(const ControlSettings& control, const EstimatorSettings& estimator,
                         const CExportOptions& options);
 
-/// The files of a C99 controller that gives the powers of Controller(model, control, estimator).
-/// Same input, same bytes. Throws Error as require_exportable() and as Controller does.
+/// The files of a C99 controller that computes the same powers as Controller(model, control,
+/// estimator). Same input, same bytes. Throws Error as require_exportable() and as Controller does.
 /// Tests: tests/export.
 std::vector<ExportedFile> export_c(const ReducedModel& model, const ControlSettings& control,
                                    const EstimatorSettings& estimator,

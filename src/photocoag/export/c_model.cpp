@@ -18,13 +18,13 @@ using Values = std::map<std::string, std::string>;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The gate lets pass what is above the largest power by rounding only.
+// Excess over the largest power that the gate accepts as rounding.
 constexpr double kGateRounding = 1e-12;
 constexpr double kGateRoundingSingle = 1e-6;
 
 std::string flag(bool value) { return value ? "1" : "0"; }
 
-// The checksum that the model's file has.
+// The checksum of the model file.
 std::string checksum_of(const ReducedModel& model) {
   const std::string json = to_json(model);
   const std::string key = "\"checksum\": \"";
@@ -110,7 +110,7 @@ void add_rows(const ReducedModel& model, int horizon, const CNumbers& write, Val
   out["steady_row"] = write.list(solve_transposed(rest, VectorXd(model.C_peak)));
 }
 
-// A point of the reference: whole periods and the rest, so that single precision finds it.
+// Points of the reference: whole periods and remainder, for single precision.
 std::string reference_points(const ControlSettings& control, const CNumbers& write) {
   std::vector<std::string> points;
   const std::size_t count = control.reference_times.size();
@@ -149,7 +149,7 @@ void add_control(const ControlSettings& control, const CNumbers& write, Values& 
   out["reference"] = reference_points(control, write);
   out["shares_count"] = std::to_string(control.shares.size());
   out["shares"] = write.list(control.shares);
-  // For people, in the units of the configuration.
+  // For comments, in the units of the configuration.
   out["period_ms"] = fmt::format("{:g}", control.period * 1e3);
   out["peak_reference_K"] = fmt::format("{:g}", control.peak_reference);
   out["peak_max_K"] = fmt::format("{:g}", control.peak_max);

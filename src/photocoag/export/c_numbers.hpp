@@ -1,4 +1,4 @@
-// Role: setup; numbers and tables of numbers as C writes them. Used by export. Allocates.
+// Role: setup; numbers and tables of numbers as C literals. Used by export. Allocates.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,15 +10,15 @@
 
 namespace photocoag {
 
-/// Writes constants in one of two precisions; reading gives the same bits again.
+/// Writes constants in single or double precision so that they read back exactly.
 class CNumbers {
  public:
   explicit CNumbers(bool single_precision) : single_(single_precision) {}
 
   bool single() const noexcept { return single_; }
 
-  /// A literal with point or exponent: 0.5, 1e-05F. What single precision has no normal number for
-  /// is 0.
+  /// A literal with point or exponent: 0.5, 1e-05F. Values below single precision's normal range
+  /// become 0.
   std::string number(double value) const {
     std::string text;
     if (single_) {

@@ -1,6 +1,6 @@
-// Role: simulation; what the C functions of FMI 2.0 and of FMI 3.0 have in common: exceptions end
-// here, as an error and a message to the importer's logger. Used by fmu/entry.cpp,
-// fmu/fmi2_entry.cpp. Threads: as FmuInstance.
+// Role: simulation; common part of the C functions of FMI 2.0 and FMI 3.0: exceptions become an
+// error status and a message to the importer's logger. Used by fmu/entry.cpp, fmu/fmi2_entry.cpp.
+// Threads: as FmuInstance.
 #pragma once
 
 #include <cstddef>
@@ -49,7 +49,7 @@ inline void require_given(bool given) {
   if (!given) throw Error("a null pointer, or another number of values than of references");
 }
 
-/// All of the references or none.
+/// All references are checked before any value is read or set.
 template <typename T>
 void get_values(FmuInstance& instance, FmuType type, const std::uint32_t* references, std::size_t n,
                 T* values) {

@@ -1,5 +1,5 @@
-// What the FMU's library takes along of fmt and toml++, which Debian has as shared objects alone:
-// an FMU depends on nothing beside libc and libm.
+// Compiles fmt and toml++ into the FMU's library, since Debian has them only as shared objects: an
+// FMU depends on libc and libm alone.
 #include <fmt/format-inl.h>
 
 #define TOML_IMPLEMENTATION

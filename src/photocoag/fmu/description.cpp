@@ -18,7 +18,7 @@
 namespace photocoag {
 namespace {
 
-// XML knows the same five entities.
+// XML has the same five entities as escape_html().
 std::string attribute(std::string_view name, std::string_view value) {
   return fmt::format(" {}=\"{}\"", name, escape_html(value));
 }
@@ -56,8 +56,8 @@ std::string start_of(const FmuVariable& one) {
   return fmt::format("{}", one.start.whole);
 }
 
-// What both standards say alike, with the type's own attributes apart: in FMI 2.0 they are another
-// element's.
+// Common part of both standards; the type's attributes are separate, as FMI 2.0 has them in another
+// element.
 struct VariableText {
   std::string all;
   std::string of_type;

@@ -14,7 +14,7 @@
 namespace photocoag {
 namespace {
 
-/// What fmi2SetupExperiment has said.
+/// Arguments of fmi2SetupExperiment.
 struct Experiment {
   bool known = false;
   double start = 0.0;

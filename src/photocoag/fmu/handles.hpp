@@ -1,6 +1,6 @@
-// Role: simulation; instances behind handles that are no pointers, so that a handle that was never
-// given or is freed already is an error and not a crash. Used by fmu/entry.cpp. Real time: find()
-// is noexcept, bounded, without a lock. Threads: any.
+// Role: simulation; instances behind opaque handles, so that an invalid or freed handle is an
+// error, not a crash. Used by fmu/calls.hpp. Real time: find() is noexcept, bounded, without a
+// lock. Threads: any.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ class Handles {
     return nullptr;
   }
 
-  /// Null: not a handle of an object that is there.
+  /// Null if it is not the handle of a live object.
   T* find(const void* handle) const noexcept {
     const auto number = reinterpret_cast<std::uintptr_t>(handle);
     const Slot& slot = slots_[number % kMost];

@@ -51,7 +51,7 @@ FmuInstance::FmuInstance(const std::string& folder, const std::string& token)
       layout_(fmu_layout(setup_.kind)),
       period_(setup_.config.control.period),
       state_(fresh()) {
-  make_part(state_);  // what cannot be simulated is refused now
+  make_part(state_);  // refuses what cannot be simulated
 }
 
 FmuState FmuInstance::fresh() const {
@@ -220,7 +220,7 @@ void FmuInstance::free_state(const FmuState* state) {
 
 namespace {
 
-// What is in front of values and history.
+// Header before values and history.
 struct Header {
   char magic[8] = {'p', 'c', 'f', 'm', 'u', '1', '\0', '\0'};
   char token[64] = {};

@@ -1,9 +1,8 @@
 // Role: simulation; one instance of an FMU: its mode, its variables, its part, its saved states.
-// Used by fmu/entry.cpp, which is the C boundary. Source: FMI 3.0, co-simulation; docs/fmu.md.
-// Differences: none in what is supported; the rest answers with an error. Units: as
-// fmu_variables(). Errors: what the importer must not do throws Error and changes nothing. Real
-// time: a step that is allowed allocates nothing. Threads: one owner per instance; instances share
-// nothing.
+// Used by fmu/calls.hpp, the C boundary. Source: FMI 3.0, co-simulation; docs/fmu.md. Differences:
+// unsupported functions return an error. Units: as fmu_variables(). Errors: calls that the standard
+// forbids throw Error and change nothing. Real time: a valid step does not allocate. Threads: one
+// owner per instance; instances share nothing.
 #pragma once
 
 #include <cstddef>
@@ -20,20 +19,20 @@ namespace photocoag {
 
 enum class FmuMode : std::uint8_t { kInstantiated, kInitialization, kStep, kTerminated };
 
-/// All that changes in an instance.
+/// Complete state of an instance.
 struct FmuState {
   FmuMode mode = FmuMode::kInstantiated;
   double start = 0.0;            ///< s
   std::uint64_t steps = 0;       ///< done
   std::vector<FmuValue> values;  ///< one per variable
-  /// The inputs of every step, for serialize(); at most one minute's, the longest treatment's.
+  /// The inputs of every step, for serialize(); at most one minute, the longest treatment.
   std::vector<double> history;
-  std::optional<FmuPart> part;  ///< none: not made yet, or a parameter has changed
+  std::optional<FmuPart> part;  ///< nullopt: not made yet, or a parameter has changed
 };
 
 class FmuInstance {
  public:
-  /// Throws Error if `folder` is no resources folder of ours or `token` not its token.
+  /// Throws Error if `folder` is not an FMU's resources folder or `token` does not match it.
   FmuInstance(const std::string& folder, const std::string& token);
 
   void enter_initialization(double start, bool stop_defined, double stop);
@@ -43,9 +42,9 @@ class FmuInstance {
 
   /// Throws Error on an unknown reference, another type, or a variable that has no value yet.
   void check_readable(FmuType type, std::uint32_t reference);
-  /// Throws Error as check_readable(), and where this variable cannot be set now.
+  /// Throws Error as check_readable(), and if the variable cannot be set in the current mode.
   void check_writable(FmuType type, std::uint32_t reference, const FmuValue& value) const;
-  /// Of a reference that has been checked.
+  /// Precondition: the reference has been checked.
   const FmuValue& value(std::uint32_t reference) const noexcept { return state_.values[reference]; }
   void set_value(std::uint32_t reference, const FmuValue& value) noexcept;
 
@@ -55,11 +54,11 @@ class FmuInstance {
 
   /// A saved state; freed by free_state() or with the instance.
   const FmuState* save_state();
-  /// Writes into a state of this instance that is there already.
+  /// Overwrites a saved state of this instance.
   void save_state(const FmuState* state);
   void restore(const FmuState* state);
   void free_state(const FmuState* state);
-  /// A state as bytes for the same FMU, here or elsewhere: parameters and the inputs of every step.
+  /// A state as bytes for any instance of the same FMU: parameters and the inputs of every step.
   /// Throws Error if more than a minute has been simulated.
   std::vector<std::uint8_t> serialize(const FmuState* state) const;
   std::size_t serialized_size(const FmuState* state) const;

@@ -19,16 +19,16 @@ struct FmuFile {
   std::string text;
 };
 
-/// Throws Error naming the key, what was found and what is accepted if the FMU does not carry a
+/// Throws Error naming the key, what was found and what is accepted if the FMU does not support a
 /// setting.
 void require_fmu_carries(FmuKind kind, const Config& config);
 
-/// What goes into resources/. `model`: the controller's, or the eye's reduced one; null: an eye at
+/// Content of resources/. `model`: the controller's, or the eye's reduced one; null: an eye at
 /// full order. The configuration is written without model.file, which the FMU does not read.
 FmuResources fmu_resources(FmuKind kind, const Config& config, const ReducedModel* model,
                            const TissueMargin& margin);
 
-/// "photocoag_eye", "photocoag_controller": of the library's file, too.
+/// "photocoag_eye", "photocoag_controller"; also the library's file name.
 std::string fmu_model_identifier(FmuKind kind);
 
 enum class FmiVersion : std::uint8_t { k3, k2 };

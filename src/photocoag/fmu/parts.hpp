@@ -1,8 +1,8 @@
-// Role: simulation; the two things that an FMU can be: the simulated eye of `simulate`, and its
-// controller under its supervisor. One period per step, in the order of loop/treatment_loop.hpp, so
-// that coupled they give `simulate`'s powers bit for bit (python/tests/test_fmu.py). Used by fmu.
+// Role: simulation; the two kinds of FMU: the simulated eye of `simulate`, and its controller with
+// supervisor. One period per step, in the order of loop/treatment_loop.hpp, so that coupled they
+// give `simulate`'s powers bit for bit (python/tests/test_fmu.py). Used by fmu.
 // Units: SI. Real time: step() and show() are noexcept and allocate nothing. Threads: one owner.
-// A part is its state: a copy goes on from where the original was.
+// A part is its state: a copy continues where the original was.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class EyePart {
 
   void step(std::span<const FmuValue> inputs) noexcept;
   void show(std::span<FmuValue> outputs) const noexcept;
-  /// Whether an eye can take it: from 0 to kMostFmuPower.
+  /// True for a power from 0 to kMostFmuPower, W.
   static bool accepts(std::span<const FmuValue> inputs) noexcept;
 
  private:
@@ -46,7 +46,7 @@ class EyePart {
 /// Inputs: volume temperature, applied power. Outputs: as fmu_variables().
 class ControllerPart {
  public:
-  /// The first power is decided. Throws Error.
+  /// Decides the first power. Throws Error.
   ControllerPart(const FmuSetup& setup, const Config& config);
 
   void step(std::span<const FmuValue> inputs) noexcept;

@@ -1,5 +1,5 @@
-// Role: setup; what an FMU carries in its folder resources/, read when it is instantiated: the
-// configuration, the reduced model, the margin of a declared uncertainty. Used by fmu. Source:
+// Role: setup; content of an FMU's folder resources/, read when it is instantiated: the
+// configuration, the reduced model, the margin for declared uncertainty. Used by fmu. Source:
 // docs/fmu.md. Units: SI. Allocates. Threads: immutable after construction.
 #pragma once
 
@@ -25,16 +25,16 @@ struct FmuResources {
   std::string margin;  ///< margin.txt: factor, then shares, one a line
 };
 
-/// What identifies an FMU: of the same resources made by the same program the same 64 characters.
+/// Identifies an FMU: the same 64 characters for the same resources and program.
 std::string fmu_token(const FmuResources& resources);
 
-/// The texts in `folder`. Throws Error if it is no resources folder of ours.
+/// The texts in `folder`. Throws Error if it is not an FMU's resources folder.
 FmuResources read_fmu_resources(const std::filesystem::path& folder);
 
 std::string margin_text(const TissueMargin& margin);
 TissueMargin margin_from(const std::string& text);
 
-/// What both kinds of parts are made from.
+/// Everything both kinds of parts are made from.
 struct FmuSetup {
   FmuKind kind = FmuKind::kEye;
   Config config;

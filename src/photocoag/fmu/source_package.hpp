@@ -15,10 +15,10 @@ namespace photocoag {
 /// The C files of src/fmu/c, embedded when photocoag is built. In the order of their names.
 const std::vector<CSource>& fmu_c_sources();
 
-/// Throws Error naming the key if the C controller does not carry a setting.
+/// Throws Error naming the key if the C controller does not support a setting.
 void require_fmu_source_carries(FmuKind kind, const Config& config);
 
-/// Everything that is in the archive. `config`: as the controller is told it. Throws Error.
+/// All files of the archive. `config`: the controller's, with its margin. Throws Error.
 std::vector<FmuFile> fmu_source_files(const Config& config, const ReducedModel& model);
 
 }  // namespace photocoag

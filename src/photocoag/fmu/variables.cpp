@@ -58,7 +58,7 @@ std::vector<std::string_view> parameter_keys(FmuKind kind, const Config& config)
     if (config.plant.tissue.two_parameters()) keys.insert(keys.begin() + 1, "plant.choroid_factor");
     return keys;
   }
-  // What a margin was searched for, or a prior fitted to, is not changed afterwards.
+  // No parameters if a margin was computed or a prior fitted: both depend on them.
   if (wants_margin(config) || config.believes()) return {};
   std::vector<std::string_view> keys = {"control.peak_reference_K",
                                         "control.peak_max_K",

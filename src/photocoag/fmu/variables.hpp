@@ -44,17 +44,17 @@ struct FmuVariable {
   std::optional<std::array<double, 2>> range = {};  ///< least and largest value
 };
 
-/// W, that the eye's power may have.
+/// W, largest power of the eye.
 inline constexpr double kMostFmuPower = 10.0;
 
 /// References are indices into the list: time, inputs, outputs, parameters.
 std::vector<FmuVariable> fmu_variables(FmuKind kind, const Config& config);
 
-/// Of the controller as C sources: fewer outputs, no parameters. In the order of the enumeration in
-/// src/fmu/c/fmi3_controller.c.
+/// Variables of the controller as C sources: fewer outputs, no parameters. In the order of the
+/// enumeration in src/fmu/c/fmi3_controller.c.
 std::vector<FmuVariable> fmu_source_variables();
 
-/// Where the inputs and the outputs begin, and how many there are.
+/// Numbers of inputs and outputs; inputs begin at kFirstFmuInput, outputs follow.
 struct FmuLayout {
   std::size_t inputs = 0;
   std::size_t outputs = 0;
@@ -62,7 +62,7 @@ struct FmuLayout {
 inline constexpr std::size_t kFirstFmuInput = 1;
 FmuLayout fmu_layout(FmuKind kind) noexcept;
 
-/// Puts a parameter's value into the field of its key. Throws Error if it has none.
+/// Assigns a parameter's value to its configuration key. Throws Error if there is no such key.
 void set_fmu_parameter(Config& config, const std::string& key, const FmuValue& value);
 
 /// Powers of kg, m, s, K and the factor of a unit of the configuration's table.
@@ -75,7 +75,7 @@ struct SiUnit {
   double offset = 0.0;  ///< of "deg C"
 };
 
-/// None: not a unit of the table.
+/// nullopt: not a unit of the table.
 std::optional<SiUnit> si_unit(std::string_view unit) noexcept;
 
 }  // namespace photocoag
