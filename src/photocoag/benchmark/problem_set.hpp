@@ -1,5 +1,5 @@
-// Role: benchmark and tests; optimal control problems of every kind that a solver may meet: the
-// paper's four choices of weights and none, cold starts, wrong estimates, active and relaxed
+// Role: benchmark and tests; optimal control problems of every kind that a solver may encounter:
+// the paper's four choices of weights and none, cold starts, wrong estimates, active and relaxed
 // limits. Used by `bench qp`, tests/slow. Units: SI. Real-time promise: none.
 #pragma once
 
@@ -19,7 +19,7 @@ struct WeightChoice {
 };
 std::vector<WeightChoice> weight_choices();
 
-/// What a controller knows when it decides.
+/// Input of one decision.
 struct OcpInstance {
   StateVector state;  ///< estimate of x
   StateVector input;  ///< B_d at the estimate of alpha
@@ -28,12 +28,12 @@ struct OcpInstance {
 };
 
 /// Closed loops of `dense` on the reduced model, `cycles` each: alpha 0.35, 0.5, 0.7363, 1.1 and
-/// 1.5, the estimate of alpha on its way there from 0.7363, the estimated state right, 10 % off,
-/// and 30 % off (limits active and relaxed). Same arguments, same bits.
+/// 1.5, the estimate of alpha converging from 0.7363, the estimated state exact, 10 % off and 30 %
+/// off (limits active and relaxed). Deterministic.
 std::vector<OcpInstance> closed_loop_problems(const ReducedModel& model,
                                               const ControlSettings& settings, int cycles);
 
-/// How far a solver's powers are from those of `dense`, whose error is below 1e-15 W.
+/// Deviation of a solver's powers from those of `dense`, whose error is below 1e-15 W.
 struct PowerErrors {
   int problems = 0;
   int unanswered = 0;    ///< 0 W and no plan
@@ -42,7 +42,7 @@ struct PowerErrors {
   void take(const MpcResult& exact, const MpcResult& got) noexcept;
 };
 
-/// `solver` gets the problems in their order, as in a closed loop.
+/// `solver` gets the problems in order, as in a closed loop.
 template <PredictiveController Solver>
 PowerErrors power_errors(Solver& solver, const ReducedModel& model, const ControlSettings& settings,
                          int cycles) {

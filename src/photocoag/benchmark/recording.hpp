@@ -1,5 +1,5 @@
-// Role: benchmark and tests; the problems that a closed loop meets, kept for replay by any solver.
-// Used by `bench qp`, tests. Units: SI. Real-time promise: none.
+// Role: benchmark and tests; records the problems of a closed loop for replay by any solver. Used
+// by `bench qp`, tests. Units: SI. Real-time promise: none.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace photocoag {
 
-/// What the controller knew when it decided on the power of a cycle.
+/// Input of the controller's decision in one cycle.
 struct RecordedCycle {
   StateVector state;            ///< estimate x
   StateVector input;            ///< B_d(alpha) at the estimate
   double previous_power = 0.0;  ///< W
-  Sample sample;                ///< taken in before the decision; of cycle 0: none
+  Sample sample;                ///< processed before the decision; cycle 0: none
 };
 
 struct RecordedLoop {

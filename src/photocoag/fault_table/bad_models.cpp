@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// With a checksum that fits: what somebody who means it would do.
+/// With a valid checksum, as in deliberate tampering.
 std::string sealed(Json json) {
   json.erase("checksum");
   json["checksum"] = sha256_hex(json.dump());

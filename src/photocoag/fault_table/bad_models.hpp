@@ -1,4 +1,4 @@
-// Role: tests of safety; reduced model files that must be refused before any device is opened (row
+// Role: safety tests; reduced model files that must be refused before any device is opened (row
 // F1), made from a good one. Used by fault_table, tests. Source: docs/safety.md.
 #pragma once
 
@@ -14,7 +14,7 @@ struct BadModel {
   std::string text;  ///< of the file
 };
 
-/// Cut off, altered, of another version, with wrong dimensions, without physical sense.
+/// Truncated, altered, of another version, with wrong dimensions, unphysical.
 std::vector<BadModel> bad_models(const ReducedModel& good);
 
 }  // namespace photocoag

@@ -20,11 +20,11 @@ namespace {
 
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr std::uint64_t kNever = UINT64_MAX;
-constexpr std::uint64_t kStillDark = 2000;  // ticks: the controller never came
+constexpr std::uint64_t kStillDark = 2000;  // ticks: the controller never started
 
 void fail() { throw 1; }
 
-/// A controller that breaks its promise in one cycle.
+/// A controller that throws out of a noexcept function in one cycle.
 struct ThrowingController {
   Controller inside;
   std::uint64_t at = kNever;
@@ -114,7 +114,7 @@ Observed observe_once(const ProcessBench& bench, bool supervised, std::uint64_t 
   return observed;
 }
 
-/// On a busy machine a controller may stop for overruns before there is any light: another try.
+/// On a busy machine a controller may stop for overruns before there is any light: retry.
 template <typename Act>
 Observed observe(const ProcessBench& bench, bool supervised, std::uint64_t when,
                  std::uint64_t ticks, Act act, std::uint64_t throw_at = kNever) {
@@ -125,7 +125,7 @@ Observed observe(const ProcessBench& bench, bool supervised, std::uint64_t when,
   return observed;
 }
 
-/// A command written before death is fresh at the next tick and held for one more.
+/// A command written before the crash is fresh at the next tick and held for one more.
 constexpr int kWatchdogTicks = 2;
 
 void judge(FaultRow& row, const Observed& observed, int lit, std::string why) {

@@ -16,7 +16,7 @@ void add_measurement(std::vector<FaultCase>& table) {
   const auto go_on = [&](std::string id, std::string what, Fault fault, std::uint64_t count,
                          R reason, double value = 0.0) {
     std::vector<R> reasons = {reason};
-    // Before the very first sample there is none to repeat: then one is missing.
+    // Before the first sample there is none to repeat: then it counts as missing.
     if (reason == R::kSampleStale) reasons.push_back(R::kSampleMissing);
     table.push_back({.id = std::move(id),
                      .what = std::move(what),
@@ -62,8 +62,8 @@ void add_measurement(std::vector<FaultCase>& table) {
   stop("M6", "at the rail twice", Fault::kRail, 2, 1, {R::kSampleSaturated});
   go_on("M7", "spike of +25 K", Fault::kSpike, 1, R::kSampleRejected, 25.0);
   go_on("M7", "spike of -25 K", Fault::kSpike, 1, R::kSampleRejected, -25.0);
-  // Too small or too early to be told from another absorption: an estimator that believes one may
-  // be stopped as inconsistent.
+  // Too small or too early to be distinguished from another absorption: an estimator that follows
+  // it may be stopped as inconsistent.
   for (const double size : {1.0, 2.0, 3.0, 6.0, 12.0}) {
     for (const double sign : {1.0, -1.0}) {
       table.push_back({.id = "M7",
@@ -212,7 +212,7 @@ void add_time_and_limits(std::vector<FaultCase>& table) {
                    .reasons = {R::kLimitsCorrupted}});
 }
 
-/// What cannot be seen from inside, or not before it has heated.
+/// Faults that cannot be detected from inside, or only after they have heated.
 void add_open_hazards(std::vector<FaultCase>& table) {
   const auto open = [&](std::string id, std::string what, Injection injection) {
     injection.count = kForEver;

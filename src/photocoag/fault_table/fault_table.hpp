@@ -1,5 +1,5 @@
-// Role: tests of safety; the fault table as data, and what each row demands. Used by `faults`,
-// tests. Source: docs/safety.md, fault table.
+// Role: safety tests; the fault table as data, with the demanded reaction of each row. Used by
+// fault_trials, tests. Source: docs/safety.md, fault table.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ enum class Demand : std::uint8_t {
   kStop,        ///< SAFE_STOP for one of `reasons`
   kStandby,     ///< STANDBY
   kDone,        ///< DONE
-  kGoOn,        ///< noticed for one of `reasons`, and the treatment goes on
-  kGoOnOrStop,  ///< either; the peak counts
+  kGoOn,        ///< detected for one of `reasons`, and the treatment goes on
+  kGoOnOrStop,  ///< either; the peak is judged
   kReport,      ///< an open hazard: the peak is reported, not judged
-  kLegal,       ///< a number like any other, perhaps a wrong one: no estimate breaks
+  kLegal,       ///< a valid number, perhaps wrong: the estimate must stay finite
 };
 
 /// One variant of one row.
@@ -28,8 +28,8 @@ struct FaultCase {
   Injection injection;
   Demand demand = Demand::kStop;
   std::vector<SafetyReason> reasons;
-  int off_within = 0;           ///< cycles after the first bad datum, in which light may still be
-  double margin = 0.5;          ///< K above the limit that the true peak may reach
+  int off_within = 0;   ///< cycles after the first bad datum in which light is still allowed
+  double margin = 0.5;  ///< K above the limit that the true peak may reach
   bool estimator_deaf = false;  ///< no bad sample may enter the estimator
   bool interlock = false;       ///< safe_off must be called as well
 };

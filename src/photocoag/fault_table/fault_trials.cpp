@@ -18,11 +18,11 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kAfter = 65;          // cycles that a trial goes on after its fault
+constexpr std::size_t kAfter = 65;          // cycles after the fault
 constexpr std::uint64_t kSteady = 60;       // cycle
 constexpr std::size_t kNominalCycles = 80;  // enough to find the approach of the limit
 
-/// Everything that the trials of one configuration share.
+/// Common data of the trials of one configuration.
 struct Bench {
   Config config;
   ReducedModel model;
@@ -72,7 +72,7 @@ TrialEye eye_for(const Bench& bench, const Injection& injection) {
       injection.start, jump ? 1.0 : injection.value * config.control.period * 1e3 / drift_end));
 }
 
-/// A treatment goes on so long after its fault; an open hazard for 80 ms at least.
+/// Cycles of a treatment after its fault; for open hazards at least 80 ms.
 std::size_t cycles_after(const FaultCase& test, const Config& config) {
   if (test.demand != Demand::kReport) return kAfter;
   return std::max(kAfter, static_cast<std::size_t>(std::lround(0.08 / config.control.period)));
@@ -130,7 +130,8 @@ Recorded run_one(const Bench& bench, const FaultCase& test, S supervisor) {
   result.outcome = run_loop(controller, faulty, supervisor, period, std::span(result.records));
   result.records.resize(result.outcome.cycles);
   if (test.id == "S4") {
-    // After the fault: the controller that lived through it against one that only knows the state.
+    // After the fault: compare the controller that experienced it with one that only gets the
+    // state.
     Controller lived = controller.inside();
     ModelPredictiveController<DenseSolver> cold(bench.model, bench.config.control);
     double previous = result.records.back().power;

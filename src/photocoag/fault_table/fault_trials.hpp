@@ -1,4 +1,4 @@
-// Role: tests of safety; runs the fault table on the full-order eye in virtual time. Used by
+// Role: safety tests; runs the fault table on the full-order eye in virtual time. Used by
 // `faults`, tests. Source: docs/safety.md.
 #pragma once
 
@@ -11,16 +11,16 @@
 
 namespace photocoag {
 
-/// What came of one treatment with a fault.
+/// Result of one treatment with a fault.
 struct TrialResult {
   std::uint64_t moment = 0;
   bool passed = false;
-  bool detected = false;  ///< the supervisor noticed, for one of the reasons demanded
+  bool detected = false;  ///< the supervisor detected it, for one of the demanded reasons
   bool stopped = false;
   bool false_stop = false;  ///< stopped where it had to go on
   int reaction = 0;         ///< cycles after the first bad datum with light; 0: off in that cycle
   double peak = 0.0;        ///< K, largest true peak
-  std::string why;          ///< what failed, in words
+  std::string why;          ///< what failed
 };
 
 /// All variants of one id together.
@@ -38,7 +38,7 @@ struct FaultRow {
 };
 
 struct FaultOptions {
-  bool supervised = true;         ///< false: the supervisor taken out
+  bool supervised = true;         ///< false: without the supervisor
   std::size_t min_cells = 80000;  ///< of the eye
   std::vector<double> absorptions = {0.35, 0.5, 0.7363, 1.1, 1.5};
   std::vector<int> horizons = {2, 5};
@@ -54,7 +54,7 @@ struct FaultOptions {
 std::vector<FaultRow> run_fault_table(const FaultOptions& options,
                                       const std::function<void(double)>& progress = {});
 
-/// Treatments without faults, alpha and noise drawn anew for each: how many the supervisor stopped.
+/// Fault-free treatments, each with new alpha and noise, and how many the supervisor stopped.
 struct FalseStops {
   int treatments = 0;
   int stopped = 0;

@@ -1,4 +1,4 @@
-// Role: tests of safety; what the process rows of one absorption share. Used by fault_table.
+// Role: safety tests; common data of the process rows at one absorption. Used by fault_table.
 #pragma once
 
 #include <cstdlib>
@@ -31,7 +31,7 @@ struct ProcessBench {
     return SimulatedEye(eye, config.plant.noise, seed, {}, VirtualPace(config.control.period));
   }
 
-  /// Ready to treat. The self-test is a good one but for what the caller says.
+  /// A supervisor in TREATING; the self-test passes except for `log_has_room`.
   Supervisor supervisor(const SafetyLimits& limits, bool log_has_room = true) const {
     Supervisor supervisor(limits, observer);
     supervisor.power_on();
@@ -51,7 +51,7 @@ struct ProcessBench {
   Controller controller;
 };
 
-/// A folder that is gone at the end.
+/// A temporary folder, removed by the destructor.
 class ScratchFolder {
  public:
   ScratchFolder() : path_(make_temporary_folder("photocoag-faults-")) {}

@@ -6,7 +6,8 @@ namespace {
 struct ProcessRow {
   const char* id;
   void (*run)(const ProcessFaultOptions& options, FaultRow& row);
-  bool needs_supervisor;  ///< without it the row must fail; the others do not have it in their way
+  bool
+      needs_supervisor;  ///< true: without it the row must fail; the other rows do not depend on it
 };
 
 constexpr ProcessRow kRows[] = {

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run with the library of tools/shim loaded, and what that library has said: nothing if it was
-/// not.
+/// A run with the library of tools/shim preloaded, and that library's output; empty if it was not
+/// loaded.
 struct ShimRun {
   ProgramRun program;
   std::string report;
@@ -79,7 +79,7 @@ std::string signalled(const ProcessFaultOptions& options, double absorption, int
                   {.environment = {}, .during = [&](pid_t child) {
                      const std::int64_t patience = monotonic_ns() + 60'000'000'000;
                      std::error_code error;
-                     // Some records are in the log: it treats.
+                     // Records in the log: it is treating.
                      while (monotonic_ns() < patience && (!fs::exists(segment, error) ||
                                                           fs::file_size(segment, error) < 40'000)) {
                        wait_until(monotonic_ns() + 5'000'000);
@@ -132,7 +132,7 @@ std::string without_privileges(const ProcessFaultOptions& options, double absorp
       run_program(options, folder.path(), with(plain, "safety.real_time=enforce"), setup);
   const std::string why = refused(enforced, folder.path(), "safety.real_time");
   if (!why.empty()) return "enforce: " + why;
-  // A busy machine may overrun and stop; it must treat and say what it is.
+  // A busy machine may overrun and stop, but it must treat and state its scheduling.
   const ProgramRun observed = run_program(options, folder.path(), plain, setup);
   if (observed.code > 1) return fmt::format("observe: exit code {}", observed.code);
   if (observed.said.find("ordinary scheduling, memory not locked") == std::string::npos) {
@@ -181,7 +181,7 @@ void wrong_models(const ProcessFaultOptions& options, double absorption, FaultRo
   }
 }
 
-/// What the calibration promises is checked on the cold eye: zero, noise, and that there is one.
+/// The calibration is checked on the cold eye: zero, noise, and that there is a curve.
 void bad_calibration(const ProcessFaultOptions& options, double absorption, FaultRow& row) {
   const ProcessBench bench(options, absorption);
   const auto baseline = [&](double gain, double offset) {
@@ -208,7 +208,7 @@ void bad_calibration(const ProcessFaultOptions& options, double absorption, Faul
     SelfTestReport report = self_test_of(test.samples);
     report.watchdog_tripped = report.model_matches = report.solver_exact = report.log_has_room =
         true;
-    bool ready = true;  // without the supervisor nobody looks
+    bool ready = true;  // not checked without the supervisor
     if (options.supervised) {
       Supervisor supervisor(safety_limits(bench.config), bench.observer);
       supervisor.power_on();
@@ -249,7 +249,7 @@ void bad_calibration(const ProcessFaultOptions& options, double absorption, Faul
 
 void no_memory(const ProcessFaultOptions& options, double absorption, FaultRow& row) {
   const ScratchFolder folder;
-  // The model is in the cache, as at any but the very first start.
+  // The model is cached, as at any but the first start.
   ModelStore(load_config("", {"grid.min_cells=2000"}), true).reduced();
   Arguments arguments = treatment(absorption, "treat", 20);
   arguments[2] = "out@";

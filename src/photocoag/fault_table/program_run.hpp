@@ -1,4 +1,4 @@
-// Role: tests of safety; runs the program itself. Used by program_rows, web_rows.
+// Role: safety tests; runs the program itself. Used by program_rows, web_rows.
 #pragma once
 
 #include <sys/types.h>
@@ -26,11 +26,11 @@ struct ProgramRun {
   std::string said;
 };
 
-/// In `folder`, until it has ended; what it says is in its said.txt meanwhile. Throws Error.
+/// Runs in `folder` until it has ended; its output goes to said.txt there. Throws Error.
 ProgramRun run_program(const ProcessFaultOptions& options, const std::filesystem::path& folder,
                        Arguments arguments, const RunSetup& setup = {});
 
-/// The last line that it has said.
+/// The last line of its output.
 std::string last_line(const std::string& text);
 
 }  // namespace photocoag

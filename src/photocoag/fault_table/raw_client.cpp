@@ -79,7 +79,7 @@ RawClient::RawClient(std::uint16_t port, int receive_bytes) : port_(port) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   if (connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
     close(socket_);
-    throw Error(fmt::format("nobody listens on port {}", port));
+    throw Error(fmt::format("no server on port {}", port));
   }
 }
 

@@ -1,5 +1,5 @@
-// Role: tests of safety; a client of the console made of bytes, so that it can misbehave: HTTP
-// requests, WebSocket frames, silence. Shares nothing with the server. Used by web_rows, tests.
+// Role: safety tests; a low-level client of the console that can misbehave: HTTP requests,
+// WebSocket frames, silence. Shares no code with the server. Used by web_rows, tests.
 // Source: RFC 6455. Threads: one owner.
 #pragma once
 
@@ -12,23 +12,23 @@
 
 namespace photocoag {
 
-/// One frame from a client, masked. `claimed`: a length that the payload does not have.
+/// One masked client frame. `claimed`: a false payload length.
 std::string web_frame(std::uint8_t opcode, std::string_view payload,
                       std::optional<std::uint64_t> claimed = std::nullopt, bool last = true);
 
 class RawClient {
  public:
-  /// To 127.0.0.1. `receive_bytes` above 0: room for so much that was not read. Throws Error.
+  /// Connects to 127.0.0.1. `receive_bytes` above 0: size of the receive buffer. Throws Error.
   explicit RawClient(std::uint16_t port, int receive_bytes = 0);
   ~RawClient();
   RawClient(RawClient&& other) noexcept;
   RawClient& operator=(RawClient&&) = delete;
 
-  /// False: the other side has closed, or takes nothing for a second.
+  /// False: the server has closed, or accepts nothing for a second.
   bool send(std::string_view bytes) noexcept;
-  /// What comes until the other side closes or is silent for so many seconds.
+  /// Everything until the server closes or is silent for `silence` seconds.
   std::string read_all(double silence);
-  /// True once the other side has closed, what comes before that is thrown away.
+  /// True once the server has closed; data before that are discarded.
   bool closes_within(double seconds);
 
   struct Upgrade {
@@ -37,14 +37,14 @@ class RawClient {
     std::string host;    ///< empty: the right one
     std::string path = "/ws";
   };
-  /// Asks for the WebSocket; the status code of the answer, 0 if it only closed.
+  /// Requests the WebSocket; returns the status code, 0 if the server only closed.
   int upgrade(const Upgrade& how);
   bool say(std::string_view text) noexcept { return send(web_frame(1, text)); }
-  /// The next text message; none after so many seconds, or if the other side closed.
+  /// The next text message; nullopt after `seconds`, or if the server closed.
   std::optional<std::string> hear(double seconds);
-  /// The first message with these words; none in time.
+  /// The first message that contains `words`; nullopt after `seconds`.
   std::optional<std::string> hear_of(std::string_view words, double seconds);
-  /// Code of the close frame that hear() met; 0: none.
+  /// Code of the close frame received by hear(); 0: none.
   int close_code() const noexcept { return close_code_; }
 
  private:

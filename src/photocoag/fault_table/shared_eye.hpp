@@ -1,8 +1,7 @@
-// Role: tests of safety; the simulated eye for a controller in another process, one value per
-// period through shared memory: time passes when the eye's side says so. Used by eye_rows, tests.
-// (The eye that treatments know, pulse by pulse and by the clock, is rt/eye_device.hpp.) Source:
-// docs/safety.md. Real time: tick() and the device's calls are noexcept, bounded and
-// allocation-free. Threads: one server, one client.
+// Role: safety tests; the simulated eye for a controller in another process, one value per period
+// through shared memory; the eye's side advances time. Used by eye_rows, tests. (The pulsed eye of
+// treatments is rt/eye_device.hpp.) Source: docs/safety.md. Real time: tick() and the device's
+// calls are noexcept, bounded and allocation-free. Threads: one server, one client.
 #pragma once
 
 #include <sys/mman.h>
@@ -21,7 +20,7 @@
 
 namespace photocoag {
 
-/// Zero-filled at the start. Lock-free atomics only: a process that dies leaves nothing locked.
+/// Initially zero. Lock-free atomics only: a process that dies leaves nothing locked.
 struct SharedEyeMemory {
   // Eye to controller. `version` is odd while the rest changes.
   std::atomic<std::uint64_t> version;
@@ -42,7 +41,7 @@ struct SharedEyeMemory {
 };
 static_assert(std::atomic<double>::is_always_lock_free);
 
-/// Such memory, which children share.
+/// Such memory, shared with child processes.
 class SharedEyeMapping {
  public:
   SharedEyeMapping()
@@ -67,8 +66,8 @@ class SharedEyeServer {
   SharedEyeServer(SharedEyeMemory& memory, SimulatedEye<P> eye)
       : memory_(memory), eye_(std::move(eye)) {}
 
-  /// One period: takes a fresh command if there is one, heats, publishes. Returns what was emitted,
-  /// W. Without a fresh token for two periods 0 W, whatever the other process does.
+  /// One period: takes a fresh command if there is one, heats, publishes. Returns the emitted
+  /// power, W; 0 without a fresh token for two periods, whatever the other process does.
   double tick() noexcept {
     const std::uint64_t token = memory_.token.load(std::memory_order_acquire);
     if (token != token_) {
@@ -119,7 +118,7 @@ class SharedEyeDevice {
   SharedEyeDevice(const SharedEyeDevice&) = delete;
   SharedEyeDevice& operator=(const SharedEyeDevice&) = delete;
 
-  /// Looks every 20 us, at most for one and a half periods.
+  /// Polls every 20 us, for at most one and a half periods.
   DeviceSample wait_sample(std::uint64_t) noexcept {
     constexpr std::int64_t kLook = 20'000;  // ns
     const std::uint64_t wanted = first_ + delivered_ + 1;
@@ -155,7 +154,7 @@ class SharedEyeDevice {
   }
 
  private:
-  // The eye writes for some nanoseconds once a period: a few tries are plenty.
+  // The eye writes for some nanoseconds once per period: a few attempts suffice.
   bool read(DeviceSample& sample, std::uint64_t& sequence) noexcept {
     for (int attempt = 0; attempt < 8; ++attempt) {
       const std::uint64_t before = memory_.version.load(std::memory_order_acquire);

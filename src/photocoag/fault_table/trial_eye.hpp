@@ -1,4 +1,4 @@
-// Role: tests of safety; the eye of a trial of the fault table, on the full-order model. Used by
+// Role: safety tests; the eye of a trial of the fault table, on the full-order model. Used by
 // fault_trials. Source: docs/safety.md (rows O6, O7, O13 to O17). Units: W, K. Real time: none.
 #pragma once
 
@@ -17,8 +17,8 @@ namespace photocoag {
 /// An eye whose absorption changes: heat from before a change stays where it was absorbed.
 class ChangingEye {
  public:
-  /// `later` has absorbed by the full change; with each period `step` of it is reached, from cycle
-  /// `start` on.
+  /// `later`: the eye after the full change. From cycle `start` on the change progresses by the
+  /// fraction `step` per period.
   ChangingEye(FullOrderPlant first, std::optional<FullOrderPlant> later, std::uint64_t start,
               double step)
       : first_(std::move(first)), later_(std::move(later)), start_(start), step_(step) {}
@@ -45,7 +45,7 @@ class ChangingEye {
   std::uint64_t cycle_ = 0;
 };
 
-/// The eye of a trial: one that changes, or one that is not seen or heated when it should be.
+/// The eye of a trial: one that changes, or one with wrong intersample timing.
 class TrialEye {
  public:
   explicit TrialEye(ChangingEye eye) : eye_(std::move(eye)) {}

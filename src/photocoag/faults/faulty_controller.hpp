@@ -1,5 +1,5 @@
-// Role: tests of safety; a controller whose answers are spoiled. Used by fault_table. Knows nothing
-// of the supervisor. Real time: noexcept, no allocation after construction.
+// Role: safety tests; a controller with injected faults. Used by fault_table. Independent of the
+// supervisor. Real time: noexcept, no allocation after construction.
 #pragma once
 
 #include "photocoag/faults/faulty_device.hpp"
@@ -110,7 +110,7 @@ class LatePace : public VirtualPace {
     const bool first = cycle == injection_.start;
     const bool second = cycle == injection_.start + injection_.every;
     if (injection_.fault == Fault::kOverrun && first) {
-      // Nothing can be seen before the loop wakes: at the last of the missed periods.
+      // Detectable only once the loop wakes: at the last of the missed periods.
       diary_.visible = static_cast<std::int64_t>(cycle + injection_.count);
       return static_cast<std::size_t>(injection_.count);
     }

@@ -1,5 +1,5 @@
-// Role: tests of safety; a device with a fault, and a diary of what it really emitted. Used by
-// fault_table. Knows nothing of the supervisor: shares only the device interface with it.
+// Role: safety tests; a device with injected faults, and a record of what it really emitted. Used
+// by fault_table. Shares only the device interface with the supervisor.
 // Real time: noexcept, no allocation after construction.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace photocoag {
 
-/// What an observer beside the laser writes down.
+/// Ground truth for judging a trial.
 struct Diary {
   static constexpr std::int64_t kNever = -1;
   std::int64_t visible = kNever;         ///< first cycle whose data or answer was bad
@@ -29,7 +29,7 @@ struct Diary {
   }
 };
 
-/// Between loop and device: a 16-bit converter from -50 to 300 K, and the fault.
+/// Sits between loop and device: a 16-bit converter from -50 to 300 K, and the fault.
 template <Device D>
 class FaultyDevice {
  public:
@@ -119,7 +119,7 @@ class FaultyDevice {
   void see() noexcept {
     if (diary_.visible == Diary::kNever) diary_.visible = static_cast<std::int64_t>(cycle_);
   }
-  // What a factor has become so far.
+  // Current value of a factor during its ramp.
   double grown(double factor) const noexcept {
     if (elapsed_ms_ >= injection_.ramp_ms) return factor;
     return 1.0 + (factor - 1.0) * elapsed_ms_ / injection_.ramp_ms;

@@ -1,5 +1,5 @@
-// Role: tests of safety; which fault comes when. Used by faults, fault_table. Source:
-// docs/safety.md, fault table. Knows nothing of the supervisor.
+// Role: safety tests; which fault occurs when. Used by faults, fault_table. Source: docs/safety.md,
+// fault table. Independent of the supervisor.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,9 @@ enum class Fault : std::uint8_t {
   kBias,        ///< value is added, K
   kGain,        ///< times value
   kReadback,    ///< power readback times value
-  kStuckOn,     ///< 0 W commanded; the laser emits value, W, all the same
-  kLaser,       ///< the laser emits value times what is commanded and says so
-  kLaserAt,     ///< the laser emits value, W, whatever is commanded, and says so
+  kStuckOn,     ///< 0 W commanded, but the laser emits value, W
+  kLaser,       ///< the laser emits value times the command, and the readback shows it
+  kLaserAt,     ///< the laser emits value, W, whatever the command, and the readback shows it
   kWriteFails,  ///< writes are lost and time out
   kGone,        ///< the device is gone: no sample, writes lost, safe_off lost
   kShutter,
@@ -35,7 +35,7 @@ enum class Fault : std::uint8_t {
   kInfeasible,    ///< status infeasible, yet a power (value, W)
   kSolverFails,   ///< status failed, yet a power (value, W)
   kCommand,       ///< status solved, the command is value
-  kRestart,       ///< the estimator starts anew, cold
+  kRestart,       ///< the estimator restarts, cold
   kAbsorption,    ///< the estimate of alpha is value; the command full power
   kInnovation,    ///< innovations times value
   kPeakEstimate,  ///< the estimated peak is value, K
@@ -44,8 +44,8 @@ enum class Fault : std::uint8_t {
   kGains,         ///< laser, readback and samples are each off by a factor, at once or in a ramp
   kJump,          ///< alpha becomes value
   kDrift,         ///< alpha grows by value, relative, per ms
-  kLag,           ///< samples are late or means, or powers act late, from the treatment's start on
-  kHook,          ///< the trial does something itself, e.g. flips a bit
+  kLag,   ///< samples are delayed or averaged, or powers delayed, from the start of treatment
+  kHook,  ///< the trial injects the fault itself, e.g. flips a bit
 };
 
 struct Injection {
@@ -54,13 +54,13 @@ struct Injection {
   std::uint64_t count = 1;  ///< cycles
   double value = 0.0;
   std::uint64_t every = 1;
-  double laser = 1.0;       ///< kGains: emitted per commanded power
-  double readback = 1.0;    ///< kGains: said per commanded power
-  double samples = 1.0;     ///< kGains: said per true temperature
-  double ramp_ms = 0.0;     ///< kGains: from the treatment's start until the factors are in full
-  double averaging = 0.0;   ///< kLag: of a period, the sample's mean
-  double sample_lag = 0.0;  ///< kLag: of a period
-  double power_lag = 0.0;   ///< kLag: of a period
+  double laser = 1.0;           ///< kGains: emitted over commanded power
+  double readback = 1.0;        ///< kGains: readback over commanded power
+  double samples = 1.0;         ///< kGains: sampled over true temperature
+  double ramp_ms = 0.0;         ///< kGains: ramp from the start of treatment to the full factors
+  double averaging = 0.0;       ///< kLag: of a period, the sample's mean
+  double sample_lag = 0.0;      ///< kLag: of a period
+  double power_lag = 0.0;       ///< kLag: of a period
   bool emitted_is_read = true;  ///< kLag: the readback is the mean emitted power, else the command
 
   bool active(std::uint64_t cycle) const noexcept {

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// First line, without what is blank at its end; nothing if there is no such file.
+/// First line without trailing blanks; nullopt if there is no such file.
 std::optional<std::string> line_of(const fs::path& file) {
   std::ifstream stream(file);
   std::string line;
@@ -54,8 +54,8 @@ Finding governor(const fs::path& root) {
     if (const auto name = line_of(cpu.path() / "cpufreq/scaling_governor")) governors.insert(*name);
   }
   if (governors.empty()) {
-    return {"cpu frequency", Health::kWarn, "no frequency control to be seen",
-            "on a machine of one's own: is it switched off in the firmware?"};
+    return {"cpu frequency", Health::kWarn, "no frequency control visible",
+            "on a physical machine: is it disabled in the firmware?"};
   }
   std::string found;
   for (const std::string& name : governors) found += (found.empty() ? "" : ", ") + name;
@@ -103,7 +103,7 @@ Finding cores(const fs::path& root) {
   const bool threads = line_of(root / "sys/devices/system/cpu/smt/active").value_or("0") == "1";
   const std::string found = fmt::format("{}{}", count, threads ? ", two threads on each" : "");
   if (count < 2) {
-    return {"cores", Health::kBad, found, "the loop needs a core of its own beside the system's"};
+    return {"cores", Health::kBad, found, "the loop needs its own core besides the system's"};
   }
   if (threads) {
     return {"cores", Health::kWarn, found, "switch off simultaneous multithreading (nosmt)"};
@@ -133,7 +133,7 @@ Finding hypervisor(const fs::path& root) {
     return {"hypervisor", Health::kGood, "none", ""};
   }
   return {"hypervisor", Health::kBad, "this is a virtual machine",
-          "its host may take the processor away at any time: use a machine of one's own"};
+          "its host may take the processor away at any time: use a physical machine"};
 }
 
 Finding interrupts_of_the_firmware(const fs::path& root) {

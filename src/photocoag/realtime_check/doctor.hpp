@@ -1,4 +1,4 @@
-// Role: setup; what on this machine stands in the way of real time. Used by `doctor`, tests.
+// Role: setup; finds what on this machine impairs real-time operation. Used by `doctor`, console.
 // Source: docs/realtime.md. Reads /proc and /sys, changes nothing but the measuring thread's own
 // scheduling.
 #pragma once
@@ -25,7 +25,7 @@ struct Finding {
   std::string advice;  ///< empty if good
 };
 
-/// What the process may do; limits of UINT64_MAX mean unlimited.
+/// Privileges of the process; limits of UINT64_MAX mean unlimited.
 struct Privileges {
   bool fifo = false;
   bool locked = false;
@@ -33,11 +33,11 @@ struct Privileges {
   std::uint64_t locked_bytes_limit = 0;
 };
 
-/// Of this process, tried on a thread of its own.
+/// Privileges of this process, tested on a separate thread.
 Privileges own_privileges();
 
-/// `root`: where proc/, sys/ and dev/ are; another one in tests. A file that is not there is a
-/// finding, never an error.
+/// `root`: folder of proc/, sys/ and dev/, replaced in tests. A missing file is a finding, not an
+/// error.
 std::vector<Finding> examine(const Privileges& privileges, const std::filesystem::path& root = "/");
 
 }  // namespace photocoag

@@ -1,5 +1,5 @@
-// Role: setup; how late this machine wakes a real-time thread, as cyclictest measures it, and
-// cyclictest itself beside it. Used by `latency`, tests. Source: docs/realtime.md.
+// Role: setup; wake-up latency of a real-time thread, measured as by cyclictest, and with
+// cyclictest itself. Used by `latency`, tests. Source: docs/realtime.md.
 #pragma once
 
 #include <atomic>
@@ -20,8 +20,8 @@ struct WakeLatency {
 /// wake-up. Deadlines that have passed by more than a period are skipped and counted.
 WakeLatency measure_wake_latency(double seconds, double period, const std::atomic<bool>& stop);
 
-/// cyclictest of rt-tests for the same time, period and priority, at the same time. Empty
-/// histogram and a reason if it is not installed or gives nothing.
+/// cyclictest of rt-tests for the same time, period and priority, at the same time. Empty histogram
+/// and a reason if it is not installed or fails.
 struct CyclictestRun {
   bool ran = false;
   std::string why_not = {};
@@ -29,7 +29,7 @@ struct CyclictestRun {
 };
 CyclictestRun run_cyclictest(double seconds, double period);
 
-/// Reads what `cyclictest -q -h` prints: lines "latency count", comments, overflows.
+/// Parses the output of `cyclictest -q -h`: lines "latency count", comments, overflows.
 DurationHistogram parse_cyclictest(std::string_view output, double period);
 
 }  // namespace photocoag
