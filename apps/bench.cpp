@@ -1,5 +1,5 @@
-// `photocoag bench cycle`: what one control cycle costs here, with the supervisor and without, the
-// filter at two orders, and one step of the simulated eye.
+// `photocoag bench cycle`: computing time of one control cycle with and without supervisor, of the
+// filter at two orders, and of one step of the simulated eye.
 #include "bench.hpp"
 
 #include <fmt/format.h>
@@ -29,14 +29,14 @@ constexpr int kRepetitions = 4;  // of each, to the bit
 constexpr std::size_t kCycles = 250;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What the device delivered in a treatment: replayed, a treatment takes the same decisions.
+// The device's data in a treatment; replaying them gives the same decisions.
 struct Delivered {
   DeviceSample sample;
   Readback readback;
 };
 using Recording = std::vector<Delivered>;
 
-// What a configuration's treatments need.
+// Models of a configuration's treatments.
 struct Subject {
   std::string name;
   Config config;
@@ -240,7 +240,7 @@ int bench_cycle(const BenchOptions& options) {
   std::vector<Durations> supervised(subjects.size());
   for (int repetition = 0; repetition < kRepetitions; ++repetition) {
     for (std::size_t i = 0; i < kTreatments; ++i) {
-      // Interleaved, so that a noisy moment of the machine hits all alike.
+      // Interleaved, so that disturbances of the machine affect all alike.
       for (std::size_t s = 0; s < subjects.size(); ++s) {
         const Subject& subject = subjects[s];
         const Recording& recording = subject.treatments[i];

@@ -1,4 +1,5 @@
-// Role: the program; what the benchmarks share: clock, percentiles, JSON. Times in microseconds.
+// Role: the program; common parts of the benchmarks: clock, percentiles, JSON. Times in
+// microseconds.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@ namespace photocoag {
 
 struct BenchOptions {
   std::string name;              ///< cycle, qp, first-cycle
-  std::string config;            ///< cycle: one row more, for this file …
-  std::vector<std::string> set;  ///< … with these
+  std::string config;            ///< cycle: an additional row for this file …
+  std::vector<std::string> set;  ///< … with these overrides
   std::string json;              ///< file; - is standard output
   std::string svg;               ///< qp: figure
   std::string problems;          ///< qp: the recorded problems, JSON
@@ -24,13 +25,13 @@ struct BenchOptions {
 
 using Json = nlohmann::ordered_json;
 
-/// What a reading of a clock adds to a time, us: median of 10,000.
+/// Cost of reading a clock, us: median of 10,000.
 double reading_us(double (*clock_us)());
 
-/// That of the thread's CPU clock, measured once.
+/// Cost of reading the thread's CPU clock, us, measured once.
 double thread_clock_us();
 
-/// CPU time of the thread since `begin`, without the reading of the clock.
+/// CPU time of the thread since `begin`, us, without the cost of reading the clock.
 inline double spent_us(double begin) {
   return std::max(0.0, thread_us() - begin - thread_clock_us());
 }

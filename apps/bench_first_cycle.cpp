@@ -1,5 +1,5 @@
 // `photocoag bench first-cycle`: the first cycle of a treatment after one dummy cycle, each time in
-// a fresh process: nothing in caches or branch predictors but what the dummy cycle left there.
+// a fresh process: caches and branch predictors hold only what the dummy cycle left there.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -19,7 +19,7 @@ namespace photocoag {
 namespace {
 
 constexpr int kProcesses = 100;
-constexpr double kSample = 4.0;  // K, what an eye shows after 1 ms at full power
+constexpr double kSample = 4.0;  // K, sample of an eye after 1 ms at full power
 
 // The first decision and the first full cycle of a treatment, us.
 struct FirstCycle {

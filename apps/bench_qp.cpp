@@ -1,5 +1,5 @@
-// `photocoag bench qp`: the paper's Table 1 and more, for every solver in one run, on the problems
-// that closed loops on the simulated eye meet.
+// `photocoag bench qp`: the paper's Table 1 and more, for every solver in one run, on problems from
+// closed loops on the simulated eye.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ constexpr int kHorizons[] = {2, 5, 10, 15, 20};
 constexpr int kErrorCycles = 40;
 using Exact = ModelPredictiveController<DenseSolver>;
 
-// `dense` under a name of its own: asked in every cycle, also where nothing binds.
+// `dense` called in every cycle, even where nothing binds.
 struct AlwaysDense {
   DenseSolver solver;
   QpStatus solve(const QpProblem& problem, QpSolution& solution) noexcept {
@@ -66,7 +66,7 @@ struct Contender {
   std::string name;
   // Makes a fresh one; what it returns does step n of the loop and returns u0 in W, NaN: failed.
   std::function<std::function<double(const RecordedCycle&, long long)>(const Problems&)> start;
-  // Its powers on a closed loop of the problem set; empty: it is none of its own.
+  // Errors of its powers on the problem set; empty: not a separate solver.
   std::function<PowerErrors(const ReducedModel&, ControlSettings)> errors = {};
 };
 
@@ -106,7 +106,7 @@ Contender whole_cycle() {
 std::vector<Contender> contenders() {
   std::vector<Contender> list = {controller<Exact>("condense + solve", 1e-3), whole_cycle()};
 #if PHOTOCOAG_HAS_OSQP
-  // Unchecked: OSQP's own word for it. The first is the paper's way.
+  // Unchecked: by OSQP's own criterion. The first is the paper's setup.
   list.push_back(controller<SparseOsqpController>("osqp, the paper's, unchecked", 1e-3,
                                                   SparseForm::kUnprepared));
   list.push_back(controller<SparseOsqpController>("osqp, prepared, unchecked", 1e-3,

@@ -1,5 +1,5 @@
-// Role: the program; the problems of `photocoag bench qp`: what closed loops of the default
-// controller on the full-order eye meet, with exact answers. Units: SI.
+// Role: the program; the problems of `photocoag bench qp`, recorded in closed loops of the default
+// controller on the full-order eye, with exact answers. Units: SI.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ struct Problems {
   std::vector<std::vector<double>> exact_power;  // W, by loop and cycle; NaN: no reference
 };
 
-/// A closed loop for each alpha. `full` is made the first time.
+/// A closed loop for each alpha. `full` is created by the first call.
 Problems record_problems(int horizon, const WeightChoice& weights,
                          std::shared_ptr<const FullOrderModel>& full);
 

@@ -1,4 +1,4 @@
-// `photocoag boundaries`: is the tissue large enough?
+// `photocoag boundaries`: checks that the tissue is large enough.
 
 #include <cmath>
 #include <vector>

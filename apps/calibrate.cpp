@@ -67,7 +67,7 @@ int calibrate_command(const CalibrateOptions& options) {
 }
 
 const Command kCalibrate(
-    "calibrate", "fit the photoacoustic calibration curve to data of evenly warmed tissue",
+    "calibrate", "fit the photoacoustic calibration curve to data of uniformly heated tissue",
     calibrate_command, [](CommandLine& command, CalibrateOptions& options) {
       add_common(command, options);
       command

@@ -40,7 +40,7 @@ nlohmann::ordered_json replay_object(const Campaign& campaign, const SpotRecord&
     object["inputs"][campaign.inputs[i].key] = record.inputs[i];
   }
   for (std::size_t i = 0; i < outcome_columns().size(); ++i) {
-    // NaN, which has no value, becomes null.
+    // NaN becomes null.
     object["outcomes"][std::string(outcome_columns()[i].name)] = record.outcomes[i];
   }
   return object;
@@ -72,7 +72,7 @@ int replay(const CampaignCommandOptions& options, const Campaign& campaign) {
   return 0;
 }
 
-// A rate with time left, as a bar on a terminal.
+// Draws progress, rate and remaining time.
 void show(const CampaignProgress& now) {
   const auto left = static_cast<long long>(now.seconds_left);
   draw_progress(
@@ -86,7 +86,7 @@ std::string held_text(double mean_K, double deviation_K, std::string_view of) {
                                : fmt::format("no temperature {}", of);
 }
 
-// Of this process so far, resident.
+// Peak resident memory of this process.
 double most_memory_MB() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -115,8 +115,7 @@ int run_ranks(const CampaignCommandOptions& options, Ranks& ranks) {
   if (options.estimate) return ranks.rank() == 0 ? estimate_campaign(options, campaign) : 0;
   if (options.out.empty()) {
     throw Error(ErrorParts{.where = "--out",
-                           .problem = "missing: a campaign that is interrupted continues in its "
-                                      "folder",
+                           .problem = "missing: an interrupted campaign continues in its folder",
                            .accepted = "a new or empty folder, or that of this campaign"});
   }
   stop_on_signals();
@@ -190,24 +189,25 @@ const Command kCampaign(
           .type_name("N");
       command
           .add_option("--replay", options.replay,
-                      "only this spot, to the bit, with a run folder and a report")
+                      "only this spot, bit-identical, with a run folder and a report")
           .check(whole_number_from(0, std::numeric_limits<std::int64_t>::max()))
           .type_name("SPOT");
       command
           .add_option(
               "--estimate", options.estimate,
-              "instead: of the first N spots, cycle by cycle, whether the estimated peak is as "
-              "good as its stated deviation says, and as a batch estimate of all samples")
+              "instead: consistency of the estimated peak with its stated deviation over the first "
+              "N spots, cycle by cycle, and comparison with a batch estimate of all samples")
           .check(whole_number_from(1, std::numeric_limits<std::int64_t>::max()))
           .excludes("--replay")
           .type_name("N");
       command
           .add_flag("--only-complete", options.only_complete,
-                    "an interrupted campaign keeps its spots and writes no table and no report yet")
+                    "if interrupted, keep the spots but write no table and no report yet")
           .excludes("--replay")
           .excludes("--estimate");
       add_json(command, options.json).excludes("--estimate");
-      command.add_flag("--no-cache", options.no_cache, "make the reduced model anew");
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced model again, without the cache");
       command.footer(fmt::format(
           "Examples:\n"
           "  photocoag campaign studies/campaigns/demo.toml --out runs/demo\n"

@@ -1,4 +1,4 @@
-// Role: the program; what the two files of `campaign` share.
+// Role: the program; declarations shared by the two files of `campaign`.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,16 @@ struct Campaign;
 struct CampaignCommandOptions {
   std::string file;
   std::string out;
-  unsigned threads = 0;                   ///< per rank; 0: all cores that the rank may use
-  std::optional<std::uint64_t> replay;    ///< only this spot, with a run folder
-  std::optional<std::uint64_t> estimate;  ///< instead: how honest the estimate of so many spots is
-  bool only_complete = false;             ///< no table and no report of an interrupted campaign
-  bool json = false;                      ///< the outcome as JSON on standard output
+  unsigned threads = 0;                 ///< per rank; 0: all cores that the rank may use
+  std::optional<std::uint64_t> replay;  ///< only this spot, with a run folder
+  std::optional<std::uint64_t>
+      estimate;                ///< instead: consistency of the estimate over the first N spots
+  bool only_complete = false;  ///< no table and report of an interrupted campaign
+  bool json = false;           ///< the outcome as JSON on standard output
   bool no_cache = false;
 };
 
-/// Of --estimate. Returns the exit code.
+/// Runs --estimate. Returns the exit code.
 int estimate_campaign(const CampaignCommandOptions& options, const Campaign& campaign);
 
 }  // namespace photocoag

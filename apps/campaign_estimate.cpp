@@ -1,4 +1,4 @@
-// `photocoag campaign FILE --estimate N`: how honest and how good the estimate of the peak is.
+// `photocoag campaign FILE --estimate N`: consistency and accuracy of the estimated peak.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kHonestFrom = 0.005;   // s: before it hardly anything has been seen
+constexpr double kHonestFrom = 0.005;   // s: earlier there is hardly any information
 constexpr std::size_t kFewestEyes = 3;  // a third of alpha each
 
 using ByGroup = std::array<double, 4>;

@@ -1,4 +1,5 @@
-// `photocoag certify`: the most active-set changes of `dense` for a configuration, proved.
+// `photocoag certify`: proves the largest number of active-set changes of `dense` for a
+// configuration.
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,9 +28,9 @@ struct CertifyCommandOptions : CommonOptions {
   std::string choroid;         ///< the same of beta
   std::string free;            ///< K
   std::string previous;        ///< W; empty: the configured powers
-  std::size_t boxes = 20'000;  ///< most to look at
+  std::size_t boxes = 20'000;  ///< most boxes to examine
   std::string out;             ///< model file with the proof in it; may be empty
-  bool again = false;          ///< even if the model file has a proof
+  bool again = false;          ///< prove again even if the model file has a proof
   bool json = false;
 };
 
@@ -146,7 +147,7 @@ int certify_command(const CertifyCommandOptions& options) {
 }
 
 const Command kCertify(
-    "certify", "prove how many active-set changes the solver needs at most (horizons 2 to 5)",
+    "certify", "prove an upper bound on the active-set changes of the solver (horizons 2 to 5)",
     certify_command, [](CommandLine& command, CertifyCommandOptions& options) {
       add_common(command, options);
       add_cache(command, options);
@@ -154,14 +155,14 @@ const Command kCertify(
         command.add_option(name, value, what).type_name("LOW,HIGH");
       };
       add_range("--alpha", options.absorption,
-                "absorption factors; default: the estimator's bounds");
-      add_range("--beta", options.choroid, "choroid factors, of a model with two");
-      add_range(
-          "--free", options.free,
-          "peak temperatures without further powers, K, at every stage by itself; default: 0 to "
-          "1.25 times control.peak_max_K");
+                "range of absorption factors; default: the estimator's bounds");
+      add_range("--beta", options.choroid, "range of choroid factors, of a model with both");
+      add_range("--free", options.free,
+                "range of the free response of the peak, K, independent at each stage; default: 0 "
+                "to 1.25 times control.peak_max_K");
       add_range("--previous", options.previous,
-                "the power before, W, and the first cycle's reference power; default: all powers");
+                "range of the previous power, W, and of the first cycle's reference power; "
+                "default: all powers");
       command.add_option("--boxes", options.boxes, "most boxes to look at")
           .check(whole_number_from(1, 100'000'000))
           .show_default()

@@ -1,5 +1,5 @@
-// Role: the program; its commands. Each is one file that says what it is called, takes and does:
-// the one `Command` in it registers it. main.cpp lists them by what people do.
+// Role: the program; its commands. Each is one file with name, options and action, registered by
+// its one `Command` object. main.cpp groups them for --help.
 #pragma once
 
 #include <functional>
@@ -19,9 +19,9 @@ class Command {
   using Configure = std::function<void(CommandLine& command, int& exit_code)>;
 
   Command(const char* name, const char* description, Configure configure);
-  /// `describe` binds the command line to `options`, and gives examples. `run` does it and returns
-  /// the exit code: 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error
-  /// (exit code 2).
+  /// `describe` binds the command line to `options` and gives examples. `run` returns the exit
+  /// code: 0 good, 1 a check failed or the treatment was stopped. Bad input throws Error (exit code
+  /// 2).
   template <typename Options>
   Command(const char* name, const char* description, int (*run)(const Options&),
           std::type_identity_t<void (*)(CommandLine& command, Options& options)> describe)
@@ -45,13 +45,13 @@ class Command {
 /// The program's own arguments, ended by null.
 char** program_arguments() noexcept;
 
-/// Commands that belong together, as --help shows them.
+/// A group of commands in --help.
 struct CommandGroup {
   const char* what_for;
   std::vector<std::string_view> commands;
 };
 
-/// What --help and --version say of the program.
+/// Texts for --help and --version.
 struct ProgramWords {
   std::string name;
   std::string description;
@@ -59,8 +59,8 @@ struct ProgramWords {
   std::function<std::string()> version;
 };
 
-/// Reads the arguments and runs the command they name; returns its exit code, 2 for bad usage. The
-/// commands come in the order of the groups; what no group names comes last.
+/// Reads the arguments and runs the command they name; returns its exit code, 2 for bad usage.
+/// Commands are listed in the order of the groups, ungrouped ones last.
 int run_program(const ProgramWords& words, const std::vector<CommandGroup>& groups, int argc,
                 char** argv);
 

@@ -1,5 +1,5 @@
-// Role: the program; what a command takes, while it is described. The parser behind it, CLI11, is
-// compiled in command.cpp alone: its headers cost five seconds of compile time a file.
+// Role: the program; declares a command's options. The parser behind it, CLI11, is compiled only in
+// command.cpp: its headers cost five seconds of compile time per file.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ class Option;
 
 namespace photocoag {
 
-/// What is wrong with the text of an option; empty: nothing.
+/// Returns what is wrong with the text of an option; empty: nothing.
 using Check = std::function<std::string(const std::string& text)>;
 
 /// An option, flag or positional argument of a command.
@@ -29,9 +29,9 @@ class CommandOption {
   CommandOption needs(const char* other) const;
   CommandOption excludes(CommandOption other) const;
   CommandOption excludes(const char* other) const;
-  /// Of a list: one value after each name, which may be repeated.
+  /// For a list: one value after each name, which may be repeated.
   CommandOption one_value_each() const;
-  /// --help shows the value it has now.
+  /// --help shows the current value.
   CommandOption show_default() const;
 
  private:
@@ -42,18 +42,18 @@ class CommandLine {
  public:
   explicit CommandLine(CLI::App& app) : app_(&app) {}
 
-  /// A name without dashes is positional. T: command.cpp lists what it can be.
+  /// A name without dashes is positional. T: one of the types instantiated in command.cpp.
   template <typename T>
   CommandOption add_option(const char* name, T& value, const char* description);
-  /// An option whose text `take` stores, or refuses with an Error.
+  /// An option whose text `take` stores or rejects with an Error.
   CommandOption add_text(const char* name, const std::function<void(const std::string& text)>& take,
                          const char* description);
   CommandOption add_flag(const char* name, bool& value, const char* description);
-  /// What --help ends with.
+  /// Text at the end of --help.
   void footer(const std::string& text);
-  /// Runs when everything is read and checked.
+  /// Called when everything is parsed and checked.
   void callback(const std::function<void()>& run);
-  /// Takes whatever follows, --help too, and looks at none of it.
+  /// Accepts all further arguments unparsed, including --help.
   void take_everything();
 
   const CLI::App& parser() const noexcept { return *app_; }

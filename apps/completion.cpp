@@ -34,7 +34,7 @@ struct CommandWords {
   std::vector<OptionWords> options;
 };
 
-// "TEXT:{cycle,qp}" is what the option tells of its value.
+// The words in an option's type, e.g. "TEXT:{cycle,qp}".
 std::vector<std::string> words_of(const std::string& type) {
   std::vector<std::string> words;
   const std::size_t begin = type.find('{');
@@ -269,7 +269,7 @@ std::string as_manual(const CLI::App& app, const std::vector<CommandWords>& comm
                      option.value.empty() || option.positional ? "" : " ",
                      option.positional ? "" : for_roff(option.value), for_roff(option.description));
     }
-    // Of the footer the examples; the rest is said once, below.
+    // Only the footer's examples; the rest is printed once, below.
     const std::string examples = command.footer.substr(0, command.footer.find("\nExit code"));
     if (!examples.empty()) {
       fmt::format_to(std::back_inserter(text), ".PP\n.nf\n{}\n.fi\n", for_roff(examples));
@@ -289,7 +289,7 @@ std::string completion(const CLI::App& app, std::string_view kind) {
 }
 
 const Command kCompletion(
-    "completion", "what a shell completes, commands, options and keys; or the manual page",
+    "completion", "shell completion of commands, options and keys; or the manual page",
     [](CommandLine& command, int& exit_code) {
       const auto kind = std::make_shared<std::string>();
       command.add_option("SHELL", *kind, "for this shell; man: the manual page")

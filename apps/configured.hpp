@@ -1,4 +1,4 @@
-// Role: the program; the configuration as a command uses it.
+// Role: the program; the configuration of a command.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace photocoag {
 
-/// The configuration of --config and --set for a use of it; what has no effect there is said on
-/// standard error. Throws Error.
+/// The configuration of --config and --set; keys without effect in `use` are reported on standard
+/// error. Throws Error.
 Config configured(Use use, const std::string& file, const std::vector<std::string>& set);
 
 }  // namespace photocoag

@@ -29,8 +29,8 @@ void turn_into_error(int signal) noexcept {
   sigaction(signal, &action, nullptr);
 }
 
-// What a file or a caller put into a text commands no terminal: control characters (but line ends
-// and tabs) as \x and two digits.
+// Text from files or callers must not control the terminal: control characters except line ends and
+// tabs become \x and two digits.
 std::string without_controls(const std::string& text) {
   std::string shown;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -50,8 +50,8 @@ std::string without_controls(const std::string& text) {
 }  // namespace
 
 void prepare_console() noexcept {
-  // Else the next file that is opened would be standard output to whoever prints. A closed standard
-  // output stays one that cannot be written to.
+  // Otherwise the next opened file would become standard output. A closed standard output stays
+  // unwritable.
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) >= 0 || errno != EBADF) continue;
     if (open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY) != stream) return;
@@ -64,7 +64,7 @@ bool everything_printed() noexcept {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) failed();
   const int why = first_failure.load();
   if (why == 0) return true;
-  // The reader of a pipe that has gone, as of `head`, knows.
+  // No message for a closed pipe, as with `head`.
   if (why != EPIPE) {
     say("photocoag: not all output could be written: {}\n", std::generic_category().message(why));
   }

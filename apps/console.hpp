@@ -1,5 +1,5 @@
-// Role: the program; what it prints, and the signals that belong to printing. A print that fails (a
-// closed terminal or pipe, a full disk) changes nothing but the exit code at the end.
+// Role: the program; printing, and the signals related to it. A failed print (a closed terminal or
+// pipe, a full disk) only changes the exit code at the end.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,11 +9,11 @@
 
 namespace photocoag {
 
-/// First of all: the three standard streams are open, and a closed pipe or a file at its size limit
-/// is an error of write(), not the program's end (unless the caller has decided otherwise).
+/// Call first: opens missing standard streams, and makes a closed pipe or a file at its size limit
+/// an error of write() instead of ending the program (unless the caller has set that up).
 void prepare_console() noexcept;
 
-/// Flushes; false, and said on standard error, if anything that was printed has not arrived.
+/// Flushes; false, with a message on standard error, if any output was lost.
 bool everything_printed() noexcept;
 
 /// Writes `text`; remembers a failure for everything_printed(). Never throws.

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// What all spots share. `config` changes its seed from spot to spot, nothing else.
+/// Common data of all spots. `config` changes only its seed from spot to spot.
 struct Bench {
   Config config;
   Config controlled;  // with its margin
@@ -59,7 +59,7 @@ Treatment treat_spot(Bench& bench, Desk& desk, const fs::path& folder) {
                     onlooker);
 }
 
-// What of the run folder could be written is there; the first trouble in words.
+// Writes what it can of the run folder; returns the first failure as text.
 std::string write_spot(Bench& bench, const fs::path& folder, const Treatment& treatment) {
   try {
     write_run(folder, bench.config, treatment);
@@ -86,7 +86,7 @@ void spot(Bench& bench, Desk& desk) {
     treatment = treat_spot(bench, desk, claimed.path());
     end.state = treatment.outcome.safety.state;
     end.reason = treatment.outcome.safety.reason;
-    // Without a supervisor nobody says so.
+    // Without a supervisor the state is not set.
     if (end.state == SafetyState::kTreating) end.state = SafetyState::kDone;
     desk.over(end.state, end.reason);
     if (const std::string trouble = write_spot(bench, claimed.path(), treatment);
@@ -178,12 +178,12 @@ int run_console(const ConsoleOptions& options) {
 }
 
 const Command kConsole(
-    "console", "treat live in the browser: a page on this machine alone, spot after spot",
+    "console", "treat live in the browser, spot after spot: a page served to this machine only",
     run_console, [](CommandLine& command, ConsoleOptions& options) {
       add_common(command, options);
       add_cache(command, options);
       const CommandOption device =
-          command.add_option("--device", options.device, "as of treat; default: a simulated eye")
+          command.add_option("--device", options.device, "as for treat; default: a simulated eye")
               .type_name("DEVICE");
       command
           .add_option(
@@ -202,7 +202,8 @@ const Command kConsole(
           "also a stream for Foxglove, Lichtblick, PlotJuggler (foxglove.sdk.v1, .websocket.v1)");
       command
           .add_option("--foxglove-origin", options.foxglove_origins,
-                      "a page that may connect so, e.g. https://app.foxglove.dev; may be repeated")
+                      "origin of a page that may connect to it, e.g. https://app.foxglove.dev; may "
+                      "be repeated")
           .type_name("ORIGIN")
           .one_value_each()
           .needs(foxglove);

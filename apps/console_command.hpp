@@ -14,7 +14,7 @@ struct ConsoleOptions : CommonOptions {
   std::string session;  ///< file of a session; empty: spot after spot of one configuration
   bool foxglove = false;
   std::vector<std::string> foxglove_origins;  ///< pages that may connect as Foxglove clients
-  int port = 0;                               ///< 0: any that is free
+  int port = 0;                               ///< 0: any free port
 };
 
 }  // namespace photocoag

@@ -1,5 +1,5 @@
-// Role: the program; what `console` and `console --session` share: the terminal, the server's
-// settings, the device in words.
+// Role: the program; common parts of `console` and `console --session`: the terminal, the server's
+// settings, the device's description.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@
 
 namespace photocoag {
 
-/// Between two looks at the terminal, the server and signals while nothing is treated.
+/// Polling interval of terminal, server and signals while nothing is treated.
 inline constexpr std::chrono::milliseconds kConsoleLook{50};
 
 ConsoleDevice console_device(const Config& config, const DeviceAddress& place);
@@ -24,7 +24,7 @@ ServerSettings console_settings(const ConsoleOptions& options);
 ServerHooks console_hooks(Desk& desk);
 void say_address(const ConsoleOptions& options, const ConsoleServer& server, bool browser_starts);
 
-/// Enter at the terminal, if standard input is one that is open.
+/// Detects Enter at the terminal, if standard input is an open one.
 class Terminal {
  public:
   bool enter() noexcept;

@@ -1,4 +1,4 @@
-// `photocoag console --session FILE`: run_session, asked and told at the page.
+// `photocoag console --session FILE`: run_session with the page as its operator.
 #include "console_session.hpp"
 
 #include <fmt/format.h>
@@ -107,7 +107,7 @@ class SessionBench {
     tell(phase_, spot_);
   }
 
-  // Those that have been begun or skipped: what may be repeated.
+  // Spots that were begun or skipped and may be repeated.
   std::vector<std::string> visited() const {
     std::vector<std::string> names;
     for (std::size_t k = 0; k < state_.spots.size(); ++k) {
@@ -182,7 +182,7 @@ class SessionBench {
             .reason = treatment.outcome.safety.reason,
             .message = {},
             .folder = folder};
-    // Without a supervisor nobody says so.
+    // Without a supervisor the state is not set.
     if (end_.state == SafetyState::kTreating) end_.state = SafetyState::kDone;
     desk_.over(end_.state, end_.reason);
     end_.message =
@@ -230,7 +230,7 @@ class SessionBench {
     return After::kEnd;
   }
 
-  // The session has ended: whether it goes on, by a choice or by Enter.
+  // After the session has ended: true to continue, by a choice or by Enter.
   bool goes_on() {
     desk_.rest();
     offer_with_repeat({"continue"});
@@ -262,7 +262,7 @@ class SessionBench {
   std::optional<Config> told_;  // of the spot that is asked about
   SpotEnd end_;
   bool failed_ = false;
-  bool again_ = false;  // another run with a repetition, without a word
+  bool again_ = false;  // another run with a repetition, without asking
 };
 
 }  // namespace

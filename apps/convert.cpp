@@ -1,4 +1,4 @@
-// `photocoag convert`: a run's log for other programs, and a run folder from its log.
+// `photocoag convert`: exports a run's log for other programs, or recovers a run folder from it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -81,7 +81,9 @@ int convert_command(const ConvertOptions& options) {
 }
 
 const Command kConvert(
-    "convert", "the log of a run as CSV, HDF5 or MAT; or the run folder of a program that died",
+    "convert",
+    "convert the log of a run to CSV, HDF5, MAT or MCAP, or recover the run folder of a program "
+    "that ended early",
     convert_command, [](CommandLine& command, ConvertOptions& options) {
       command.add_option("RUN", options.paths, "run folder, or log segments (*.seg)")
           .required()

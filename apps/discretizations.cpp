@@ -1,4 +1,4 @@
-// `photocoag discretizations`: what implicit Euler and TR-BDF2 miss, as table, CSV and figure.
+// `photocoag discretizations`: errors of implicit Euler and TR-BDF2, as table, CSV and figure.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -135,7 +135,7 @@ int discretizations(const DiscretizationsOptions& options) {
 
 const Command kDiscretizations(
     "discretizations",
-    "what implicit Euler (the paper's) and TR-BDF2 miss of the first steps, at 1 and at 4 ms",
+    "errors of implicit Euler (the paper's) and TR-BDF2 in the first steps, at 1 and at 4 ms",
     discretizations, [](CommandLine& command, DiscretizationsOptions& options) {
       add_common(command, options);
       command.add_option("--out", options.out, "folder for CSV and figure; may be left out")

@@ -1,4 +1,4 @@
-// `photocoag doctor`: is this machine fit for real time?
+// `photocoag doctor`: checks whether this machine is fit for real time.
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -38,13 +38,15 @@ int doctor_command(const DoctorOptions& options) {
   return bad ? 1 : 0;
 }
 
-const Command kDoctor(
-    "doctor", "what on this machine stands in the way of real time, and what to do about it",
-    doctor_command, [](CommandLine& command, DoctorOptions& options) {
-      command.add_option("--json", options.json, "also write it; - is standard output alone")
-          .type_name("FILE");
-      command.footer(footer("  photocoag doctor\n  photocoag doctor --json -"));
-    });
+const Command kDoctor("doctor",
+                      "check what prevents real-time operation on this machine, and how to fix it",
+                      doctor_command, [](CommandLine& command, DoctorOptions& options) {
+                        command
+                            .add_option("--json", options.json,
+                                        "also write it as JSON; -: only that, on standard output")
+                            .type_name("FILE");
+                        command.footer(footer("  photocoag doctor\n  photocoag doctor --json -"));
+                      });
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Role: the program; which cycles of a treatment a table shows.
+// Role: the program; the cycles of a treatment shown in a table.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// `photocoag driver-check`: does a vendor's driver keep what device/driver.h promises?
+// `photocoag driver-check`: tests whether a vendor's driver keeps the promises of device/driver.h.
 #include <fmt/format.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// `photocoag estimation`: how large the estimator's errors are, and whether it knows.
+// `photocoag estimation`: the estimator's errors, and their consistency with its stated variance.
 #include "estimation.hpp"
 
 #include <fmt/format.h>
@@ -102,8 +102,8 @@ int estimation(const EstimationOptions& options) {
 }
 
 const Command kEstimation(
-    "estimation", "how large the estimator's errors are over many eyes, and whether it knows",
-    estimation, [](CommandLine& command, EstimationOptions& options) {
+    "estimation", "accuracy and consistency of the estimator over many simulated eyes", estimation,
+    [](CommandLine& command, EstimationOptions& options) {
       add_common(command, options);
       add_cache(command, options);
       command.add_option("--seeds", options.seeds, "treatments per scenario")

@@ -1,4 +1,4 @@
-// Role: the program; what the two files of `estimation` share.
+// Role: the program; declarations shared by the two files of `estimation`.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct EstimationOptions : CommonOptions {
   std::string out;       ///< of the comparison: folder for figure and CSV; may be empty
 };
 
-/// Of --compare. Returns the exit code.
+/// Runs --compare. Returns the exit code.
 int compare_estimators(const EstimationOptions& options);
 
 }  // namespace photocoag

@@ -1,4 +1,4 @@
-// What `photocoag estimation` and its comparison share.
+// Role: the program; computing time of an estimator, for `estimation` and its comparison.
 #pragma once
 
 #include "photocoag/config/config.hpp"

@@ -1,4 +1,4 @@
-// `photocoag explain`: what makes the paper's experiments come out as it says.
+// `photocoag explain`: searches for conditions that reproduce the paper's experiments.
 
 #include <chrono>
 #include <filesystem>
@@ -51,13 +51,14 @@ int explain_command(const ExplainOptions& options) {
 }
 
 const Command kExplain(
-    "explain", "which bench, eye and tuning make the paper's experiments come out as it says",
+    "explain", "search for the bench, eye and tuning that reproduce the paper's experiments",
     explain_command, [](CommandLine& command, ExplainOptions& options) {
       command.add_option("FILE", options.file, "the search; default: the shipped one")
           .type_name("FILE");
       add_new_folder(command, options.out);
       command.add_flag("--quick", options.quick, "few repetitions, no sensitivity");
-      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced models again, without the cache");
       command.footer(
           footer("  photocoag explain --out runs/explanation\n"
                  "  photocoag explain studies/experiments/250hz.toml --quick"));

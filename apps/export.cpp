@@ -1,5 +1,5 @@
-// `photocoag export`: the full-order model as Matrix Market files, with the outputs that it gives
-// for the validation powers, for other programs to reduce and to be measured against.
+// `photocoag export`: the full-order model as Matrix Market files, with its outputs for the
+// validation powers, so that other programs can reduce it and measure their errors.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ struct ExportOptions : CommonOptions {
 namespace fs = std::filesystem;
 using Eigen::Index;
 
-// Coordinates through which vectors pass leave rounding where there is no light.
+// The change of coordinates leaves rounding errors where there is no light.
 constexpr double kRounding = 1e-13;
 
 std::string matrix_market(std::string_view kind, Index rows, Index columns, std::size_t entries,
@@ -159,7 +159,7 @@ const Command kExport(
               [&options](const std::string& text) {
                 options.absorption_factors = number_list("--alphas", text, 0.0, 10.0);
               },
-              "absorption factors of the columns of B and the rows of C, by comma")
+              "absorption factors of the columns of B and the rows of C, comma-separated")
           .required()
           .type_name("a1,a2,...");
       command.footer(

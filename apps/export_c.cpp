@@ -44,7 +44,7 @@ int export_c_command(const ExportCOptions& options) {
   ModelStore models(config, !options.no_cache, progress_bar("reducing"));
   const ReducedModel& model = models.reduced();
   clear_progress();
-  // What treat tells its controller: a declared uncertainty has been searched.
+  // As in treat: with the margin for declared uncertainty.
   const Config controlled = told_to_controller(config, model);
   const std::vector<ExportedFile> files =
       export_c(model, controlled.control, config.estimator, how);

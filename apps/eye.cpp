@@ -26,9 +26,9 @@ namespace {
 struct EyeOptions : CommonOptions {
   std::string socket = "photocoag-eye.sock";
   bool once = false;                ///< end with the first controller
-  int owner = 0;                    ///< end with this process, the parent; 0: with none
+  int owner = 0;                    ///< end with this parent process; 0: none
   std::vector<std::string> faults;  ///< "ID@cycle", or files of them
-  std::string tell;                 ///< no eye: send this line to the one at `socket`
+  std::string tell;                 ///< do not start an eye: send this line to the one at `socket`
 };
 int eye_command(const EyeOptions& options) {
   if (!options.tell.empty()) {
@@ -57,11 +57,10 @@ int eye_command(const EyeOptions& options) {
   stop_on_signals({SIGTERM});
   if (options.owner != 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != options.owner) return 0;  // it has gone already
+    if (getppid() != options.owner) return 0;  // the parent has already ended
   }
   if (options.once || options.owner != 0) {
-    // Ctrl-C and a closed terminal are the controller's business: the eye ends when it has gone,
-    // whatever way.
+    // Ctrl-C and a closed terminal are handled by the controller: the eye ends when that has gone.
     for (const int theirs : {SIGINT, SIGHUP}) signal(theirs, SIG_IGN);
   } else {
     stop_on_signals({SIGINT, SIGHUP});
@@ -97,7 +96,7 @@ const Command kEye(
           footer("  photocoag eye --socket /tmp/eye\n"
                  "  photocoag treat --device eye:/tmp/eye\n"
                  "  photocoag eye --socket /tmp/eye --tell 'fault M2@120'\n"
-                 "It is that of [plant], [photoacoustics] and control.period_ms."));
+                 "The eye is that of [plant], [photoacoustics] and control.period_ms."));
     });
 
 }  // namespace

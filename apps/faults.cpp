@@ -97,17 +97,16 @@ const Command kFaults(
     faults_command, [](CommandLine& command, FaultsOptions& options) {
       command.add_option("--row", options.row, "one row, e.g. M4; default: all").type_name("ID");
       command.add_flag("--without-supervisor", options.without_supervisor,
-                       "take the supervisor out: every row must fail");
+                       "without the supervisor: every row must fail");
       command
           .add_option("--healthy", options.healthy,
-                      "also so many treatments without faults, to count false stops")
+                      "also this many treatments without faults, to count false stops")
           .check(whole_number_from(1, 1000000))
           .type_name("n");
       command
-          .add_option(
-              "--kills", options.kills,
-              "instead: SIGKILL so many controllers at random moments of a treatment of the "
-              "eye's process (row T4)")
+          .add_option("--kills", options.kills,
+                      "instead: SIGKILL this many controllers at random times in treatments of the "
+                      "eye's process (row T4)")
           .check(whole_number_from(1, 100000))
           .type_name("n");
       command

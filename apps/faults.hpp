@@ -1,4 +1,4 @@
-// Role: the program; what the two files of `faults` share.
+// Role: the program; declarations shared by the two files of `faults`.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct FaultsOptions {
   int stops = 0;                    ///< controllers to stop for 20 ms
 };
 
-/// Of --kills and --stops. Returns the exit code.
+/// Runs --kills and --stops. Returns the exit code.
 int kill_trials(const FaultsOptions& options);
 
 }  // namespace photocoag

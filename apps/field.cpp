@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostBytes = 500'000'000;
 constexpr std::size_t kMostPeriods = 10'000'000;
 
-// Whole periods up to each time, ascending. Throws Error if a time is none.
+// Whole periods up to each time, ascending. Throws Error if a time is not a multiple of the period.
 std::vector<std::size_t> periods_of(const std::vector<double>& times, double period) {
   std::vector<std::size_t> periods;
   for (const std::size_t index : ascending_times(times)) {

@@ -1,6 +1,6 @@
-// Role: the program; it exists twice. `photocoag` has what a first treatment needs and links none
-// of HDF5, matio, MPI and libwebsockets: it is built in a fraction of the time and starts in 3 ms.
-// `photocoag-full` has all commands; `photocoag` becomes it (exec) for those that it has not.
+// Role: the program exists twice. `photocoag` has what a first treatment needs and links none of
+// HDF5, matio, MPI and libwebsockets: it builds in a fraction of the time and starts in 3 ms.
+// `photocoag-full` has all commands; `photocoag` execs it for those it does not have.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace photocoag {
 
-/// The first of `places` that exists, seen from the program's folder and from up to `above` folders
-/// above it; empty: none does.
+/// The first of `places` that exists relative to the program's folder or one of up to `above`
+/// parent folders; empty if none does.
 std::filesystem::path find_from_program(std::initializer_list<const char*> places, int above);
 
 }  // namespace photocoag

@@ -24,7 +24,7 @@ namespace {
                          .problem = "cannot be run: " + std::generic_category().message(errno)});
 }
 
-// Whatever follows, --help too, is the other program's.
+// All further arguments, including --help, belong to the other program.
 void hand_over(CommandLine& command, int&) {
   command.take_everything();
   command.callback([] { become_full_program(program_arguments()); });

@@ -1,4 +1,4 @@
-// `photocoag information`: what limits a treatment of eyes that differ, as table, CSV and figure.
+// `photocoag information`: what limits the treatment of differing eyes, as table, CSV and figure.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -40,7 +40,7 @@ void print_tables(const Information& all) {
     print("{:>10g}{:>22.2f}{:>22.2f}\n", static_cast<double>(k) * all.period * 1e3,
           declared.peak_sigma[k - 1], declared.peak_error[k - 1]);
   }
-  // Shares of the variance: what of it goes if the quantity is known.
+  // Share of the variance that vanishes if the quantity is known.
   const double variance = declared.peak_sigma.back() * declared.peak_sigma.back();
   print("\n{:<36}{:>14}{:>12}{:>12}\n", "known exactly", "deviation, K", "share, %", "held, K");
   for (const InformationCase& one : all.cases) {
@@ -110,8 +110,8 @@ int information(const InformationOptions& options) {
 
 const Command kInformation(
     "information",
-    "what limits a treatment of eyes that differ: how well the peak is known, and what knowing "
-    "each quantity of [[prior]] would buy",
+    "how accurately the peak can be known in eyes of [[prior]], and how much knowing each quantity "
+    "would improve it",
     information, [](CommandLine& command, InformationOptions& options) {
       add_common(command, options);
       add_cache(command, options);

@@ -21,8 +21,7 @@ Json proved(const OutputCertificate& output) {
 }  // namespace
 
 CommandOption add_json(CommandLine& command, bool& wanted) {
-  return command.add_flag("--json", wanted,
-                          "print one JSON object on standard output when it is over");
+  return command.add_flag("--json", wanted, "print one JSON object on standard output at the end");
 }
 
 int with_json(bool wanted, const std::string& command, int exit_code,

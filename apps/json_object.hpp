@@ -1,4 +1,4 @@
-// Role: the program; --json: what a command came to, as one JSON object on standard output.
+// Role: the program; --json: the result of a command as one JSON object on standard output.
 // Format: docs/run-folder.md ("For other programs"). Units: in the names.
 #pragma once
 
@@ -21,13 +21,13 @@ CommandOption add_json(CommandLine& command, bool& wanted);
 int with_json(bool wanted, const std::string& command, int exit_code,
               const std::filesystem::path& folder, const nlohmann::ordered_json& more);
 
-/// What --version --json prints.
+/// Output of --version --json.
 std::string version_object();
 
 /// {"summary": the text as JSON}.
 nlohmann::ordered_json summary_object(const std::string& text);
 
-/// What `reduce` made: sizes, measured errors, what is proved.
+/// Result of `reduce`: sizes, measured errors, proved bounds.
 nlohmann::ordered_json reduction_object(const ReducedModel& model, const FullOrderModel& full,
                                         const std::string& file);
 

@@ -49,7 +49,7 @@ pid_t start_controller(const std::string& config, const std::string& socket,
   return id;
 }
 
-/// The last pulses of the eye, as an observer beside the laser sees them.
+/// Reads the eye's last pulses, independently of the controller.
 class Observer {
  public:
   explicit Observer(const std::string& socket) : memory_(observe_eye(socket)) {}

@@ -76,15 +76,17 @@ int latency_command(const LatencyOptions& options) {
 }
 
 const Command kLatency(
-    "latency", "how late this machine wakes a real-time thread, beside cyclictest", latency_command,
-    [](CommandLine& command, LatencyOptions& options) {
+    "latency", "measure how late this machine wakes a real-time thread, next to cyclictest",
+    latency_command, [](CommandLine& command, LatencyOptions& options) {
       command.add_option("--seconds", options.seconds, "how long to measure")
           .check(number_from(0.01, 1e6))
           .type_name("S");
       command.add_option("--period-ms", options.period_ms, "from deadline to deadline")
           .check(number_from(0.05, 100.0))
           .type_name("T");
-      command.add_option("--json", options.json, "also write it; - is standard output alone")
+      command
+          .add_option("--json", options.json,
+                      "also write it as JSON; -: only that, on standard output")
           .type_name("FILE");
       command.footer(
           footer("  photocoag latency --seconds 60\n"

@@ -24,7 +24,7 @@ using namespace photocoag;
 constexpr int kExitNotPrinted = 1;
 constexpr int kExitBadInput = 2;
 
-// By what people do; --help shows them so.
+// Grouped by purpose, as in --help.
 const std::vector<CommandGroup> kGroups = {
     {"Treat", {"treat", "simulate", "console", "session", "config"}},
     {"Model",
@@ -36,7 +36,7 @@ const std::vector<CommandGroup> kGroups = {
 
 char** the_arguments = nullptr;
 
-// The parser looks at --version before it has seen what else there is.
+// The parser handles --version before the other arguments.
 std::string version_text(int argc, char** argv) {
   char** const end = argv + argc;
   if (std::find(argv + 1, end, std::string_view("--json")) == end) {
@@ -45,7 +45,7 @@ std::string version_text(int argc, char** argv) {
   return version_object();
 }
 
-/// Where an exception cannot be caught, as in a library's destructor that finds no memory. Programs
+/// For exceptions that cannot be caught, e.g. out of memory in a library's destructor. Programs
 /// that hold a device replace it (rt/last_resort.hpp).
 [[noreturn]] void refuse_to_go_on() noexcept {
   constexpr std::string_view kSaid = "photocoag: out of memory: the program ends\n";

@@ -1,4 +1,4 @@
-// Role: the program; what `treat`, `simulate` and `reduce` say of a reduced model.
+// Role: the program; summary line of a reduced model for `treat`, `simulate` and `reduce`.
 #pragma once
 
 #include "photocoag/rom/reduced_model.hpp"

@@ -14,7 +14,7 @@
 namespace photocoag {
 namespace {
 
-// A whole text as a number in decimal digits. "001" is none: it is what a decimal comma leaves.
+// A whole text as a number in decimal digits. "001" is refused: it results from a decimal comma.
 template <typename T>
 std::optional<T> number_of(std::string_view text) {
   T value{};
@@ -50,8 +50,9 @@ void add_common(CommandLine& command, CommonOptions& options) {
 }
 
 void add_cache(CommandLine& command, CommonOptions& options) {
-  command.add_flag("--no-cache", options.no_cache,
-                   "make the reduced model anew (the result is the same to the last bit)");
+  command.add_flag(
+      "--no-cache", options.no_cache,
+      "make the reduced model again, without the cache (the result is the same to the last bit)");
 }
 
 void add_new_folder(CommandLine& command, std::string& out) {
@@ -104,7 +105,7 @@ std::vector<double> number_list(const std::string& option, const std::string& te
       throw Error(ErrorParts{
           .where = option,
           .found = text.empty() ? "nothing" : text,
-          .accepted = fmt::format("numbers from {} to {} by comma, none twice", low, high)});
+          .accepted = fmt::format("comma-separated numbers from {} to {}, none twice", low, high)});
     }
     numbers.push_back(*value);
     at = comma + 1;

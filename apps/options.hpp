@@ -1,5 +1,5 @@
-// Role: the program; what the options of many commands share. Every number on the command line is
-// checked here: digits and nothing else, finite, in its range.
+// Role: the program; options shared by many commands, and checks of numbers on the command line:
+// only digits, finite, in range.
 #pragma once
 
 #include <cstdint>

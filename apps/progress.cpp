@@ -12,7 +12,7 @@
 namespace photocoag {
 namespace {
 
-// Back to the start of the line, which it clears.
+// Returns to the start of the line and clears it.
 void start_line() { std::fputs("\r\033[K", stderr); }
 
 bool on_terminal() {

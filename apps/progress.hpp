@@ -1,4 +1,4 @@
-// Role: the program; progress bars on a terminal, silence elsewhere.
+// Role: the program; progress bars on a terminal, nothing elsewhere.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@ namespace photocoag {
 void draw_progress(std::string_view label, double fraction, std::string_view detail = {});
 void clear_progress();
 
-/// Of a long computation: its stages under one label.
+/// Progress callback that draws the stages of a computation under one label.
 Progress progress_bar(std::string label);
 
 /// Draws the bar from a counter that another thread advances, ten times a second, until destroyed.

@@ -24,7 +24,7 @@
 namespace photocoag {
 namespace {
 
-// One line per alpha; with two parameters one per beta, the worst of all alpha.
+// One line per alpha; with two parameters one per beta, the worst over alpha.
 void print_error_table(const ErrorReport& error) {
   const bool two = !error.choroid_factors.empty();
   say("{}peak error %  volume error %   ({}constant and random on/off power, {:g} ms)\n",

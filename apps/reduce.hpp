@@ -1,4 +1,4 @@
-// Role: the program; what the two files of `reduce` share.
+// Role: the program; declarations shared by the two files of `reduce`.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct ReduceOptions : CommonOptions {
   bool json = false;  ///< sizes and errors as JSON on standard output
 };
 
-/// Of --compare. Returns the exit code.
+/// Runs --compare. Returns the exit code.
 int compare_reductions(const ReduceOptions& options);
 
 }  // namespace photocoag

@@ -1,4 +1,4 @@
-// `photocoag replay`: a recorded run again, power by power.
+// `photocoag replay`: repeats a recorded run and compares every power.
 
 #include "photocoag/run/replay.hpp"
 #include "command.hpp"
@@ -27,7 +27,8 @@ const Command kReplay(
     "replay", "feed a recorded run to the controller again and compare every power", replay_command,
     [](CommandLine& command, ReplayOptions& options) {
       command.add_option("RUN", options.run, "run folder").required().type_name("DIR");
-      command.add_flag("--no-cache", options.no_cache, "make the reduced model anew");
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced model again, without the cache");
       command.footer(
           footer("  photocoag simulate --out runs/first\n"
                  "  photocoag replay runs/first\n"

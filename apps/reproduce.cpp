@@ -77,7 +77,8 @@ const Command kReproduce(
           .type_name("N");
       command.add_flag("--quick", options.quick,
                        "without the sensitivities: for continuous integration");
-      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced models again, without the cache");
       command.footer(fmt::format(
           "Examples:\n  photocoag reproduce --out runs/paper\n  photocoag reproduce --quick\n"
           "Exit code: 0 good; 1 a verdict is not the one that the study's file expects; 2 bad "

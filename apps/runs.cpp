@@ -1,4 +1,4 @@
-// `photocoag runs`: what the run folders below a folder came to, a line each.
+// `photocoag runs`: the results of all run folders below a folder, one line each.
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
@@ -25,7 +25,7 @@ struct RunsOptions {
   bool json = false;
 };
 
-// Run folders below `root`, itself included, by name: begun first comes first.
+// Run folders below `root`, itself included, by name, i.e. oldest first.
 std::vector<fs::path> run_folders(const fs::path& root) {
   std::vector<fs::path> found;
   const auto add = [&found](const fs::path& folder) {
@@ -74,7 +74,7 @@ int runs_command(const RunsOptions& options) {
   return 0;
 }
 
-const Command kRuns("runs", "what the run folders below a folder came to", runs_command,
+const Command kRuns("runs", "outcomes of all run folders below a folder", runs_command,
                     [](CommandLine& command, RunsOptions& options) {
                       command.add_option("DIR", options.folder, "holds run folders, or is one")
                           .type_name("DIR")

@@ -1,4 +1,4 @@
-// `photocoag session`: many spots, one device, one folder.
+// `photocoag session`: many spots with one device into one folder.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ std::optional<std::string> answer() {
   return std::nullopt;
 }
 
-// One of the letters of `choices`; the first one for an empty line; nothing at the end of input.
+// One of the letters of `choices`; the first for an empty line; 0 at the end of input.
 char ask(const std::string& question, std::string_view choices) {
   while (true) {
     say("{}", question);
@@ -120,7 +120,8 @@ int session_command(const SessionCommandOptions& options) {
 }
 
 const Command kSession(
-    "session", "many spots, one device, one folder: a list or grid, with limits for all of it",
+    "session",
+    "treat many spots with one device into one folder: a list or grid, with limits for the session",
     session_command, [](CommandLine& command, SessionCommandOptions& options) {
       command.add_option("FILE", options.file, "session file (TOML; docs/sessions.md)").required();
       command
@@ -129,7 +130,7 @@ const Command kSession(
           .type_name("DIR");
       command
           .add_option("--repeat", options.repeat,
-                      "treat this spot again, whatever became of it; may be repeated")
+                      "treat this spot again, regardless of its outcome; may be repeated")
           .type_name("SPOT")
           .one_value_each();
       command.add_flag(
@@ -137,19 +138,20 @@ const Command kSession(
           "ask on the terminal before and after every spot: treat, skip, accept, repeat");
       command
           .add_option("--study", options.study,
-                      "no session: so many simulated ones, with and without session.learn")
+                      "instead: this many simulated sessions, with and without session.learn")
           .check(whole_number_from(2, 100000))
           .type_name("N");
       add_json(command, options.json).excludes("--study");
-      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
-      command.footer(footer(
-          "  photocoag session studies/sessions/grid.toml --out runs/grid\n"
-          "  photocoag session studies/sessions/grid.toml --out runs/grid --repeat B2\n"
-          "  photocoag session studies/sessions/grid.toml --out runs/asked --ask\n"
-          "  photocoag session studies/sessions/patient.toml --study 100\n"
-          "A session that was killed goes on with the same command. A spot that may have "
-          "emitted is not repeated\nwithout --repeat. Ctrl-C puts the laser to 0 W and writes "
-          "the whole folder."));
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced models again, without the cache");
+      command.footer(
+          footer("  photocoag session studies/sessions/grid.toml --out runs/grid\n"
+                 "  photocoag session studies/sessions/grid.toml --out runs/grid --repeat B2\n"
+                 "  photocoag session studies/sessions/grid.toml --out runs/asked --ask\n"
+                 "  photocoag session studies/sessions/patient.toml --study 100\n"
+                 "A session that was killed continues with the same command. A spot that may have "
+                 "emitted is not repeated\n"
+                 "without --repeat. Ctrl-C puts the laser to 0 W and writes the whole folder."));
     });
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What is written and said when a session begins and ends.
+// Output and files at the start and end of a session.
 #include "session_ends.hpp"
 
 #include <algorithm>
@@ -34,8 +34,7 @@ void tell_uncertain(const Session& session, const SessionResult& result) {
 void begin_session(const std::filesystem::path& out, const Session& session) {
   if (out.empty()) {
     throw Error(ErrorParts{.where = "--out",
-                           .problem = "missing: a session that is interrupted continues in its "
-                                      "folder",
+                           .problem = "missing: an interrupted session continues in its folder",
                            .accepted = "a new or empty folder, or that of this session"});
   }
   say("photocoag {}: {}\n", version(), kResearchNotice);

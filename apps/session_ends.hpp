@@ -8,11 +8,11 @@
 
 namespace photocoag {
 
-/// Says which program it is and what of the session's file has no effect. Throws Error if there is
-/// no `out`, the folder in which a session that is interrupted continues.
+/// Prints the program's notice and keys of the session's file without effect. Throws Error if `out`
+/// is empty, the folder in which an interrupted session continues.
 void begin_session(const std::filesystem::path& out, const Session& session);
 
-/// Writes the session's own files and says what it came to; the exit code (docs/sessions.md).
+/// Writes the session's own files and prints its result; returns the exit code (docs/sessions.md).
 int finish_session(const std::filesystem::path& out, const Session& session,
                    const SessionResult& result);
 

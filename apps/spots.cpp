@@ -67,10 +67,10 @@ std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& sp
   return text;
 }
 
-// One treatment in 750, two at least: what a corner may have above the limit.
+// Accepted violations of a corner: one treatment in 750, at least two.
 std::size_t accepted(std::size_t treatments) { return std::max<std::size_t>(2, treatments / 750); }
 
-// The corners with most above the limit, and the verdict over each of them.
+// Prints the corners with most violations, and the verdict.
 int print_corners(const CornerAttack& attack, std::vector<CornerOutcome> corners) {
   constexpr std::size_t kShown = 6;
   std::size_t treatments = 0;
@@ -186,19 +186,19 @@ const Command kSpots(
           .needs(corners);
       command
           .add_flag("--this-eye", options.this_eye,
-                    "the robust controller on the eye of [plant.tissue] alone, which the "
-                    "controller is not told")
+                    "only the robust controller on the eye of [plant.tissue], which the controller "
+                    "does not know")
           .excludes(corners);
       command.footer(footer(
           "  photocoag spots\n"
           "  photocoag spots --set control.period_ms=4 --set run.duration_ms=400\n"
           "  photocoag spots --set uncertainty.spot_radius_relative=0.1 --set "
-          "uncertainty.thickness_relative=0.1 "
-          "--set uncertainty.absorption_relative=0.1\n"
+          "uncertainty.thickness_relative=0.1 --set uncertainty.absorption_relative=0.1\n"
           "  photocoag spots --corners --count 1500 --set uncertainty.thickness_relative=0.1\n"
           "  photocoag spots --this-eye --set uncertainty.spot_radius_relative=0.1 --set "
           "plant.tissue.spot_radius_um=90\n"
-          "The quantities of [uncertainty] are random too, and the robust controller is told."));
+          "The quantities of [uncertainty] are random too; the robust controller knows their "
+          "ranges."));
     });
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Role: the program; enough stack, whatever the caller grants (ulimit -s). Used by main.cpp.
+// Role: the program; ensures enough stack whatever the caller's limit (ulimit -s). Used by
+// main.cpp.
 #pragma once
 
 #include <pthread.h>
@@ -9,9 +10,8 @@
 
 namespace photocoag {
 
-/// Calls `command` and returns what it returns. Where less stack than the usual 8 MiB is granted,
-/// every thread gets 8 MiB all the same, and the command a thread: controllers and models live on
-/// the stack.
+/// Calls `command` and returns what it returns. If the limit is below the usual 8 MiB, every thread
+/// gets 8 MiB and the command runs on a thread: controllers and models live on the stack.
 template <typename Command>
 int with_usual_stack(const Command& command) {
   constexpr rlim_t kUsual = 8U << 20U;  // bytes

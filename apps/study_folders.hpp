@@ -1,4 +1,4 @@
-// Role: the program; where studies come from and where their results go.
+// Role: the program; folders of studies and of their results.
 #pragma once
 
 #include <filesystem>

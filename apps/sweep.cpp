@@ -1,4 +1,4 @@
-// `photocoag sweep`: every combination of some values.
+// `photocoag sweep`: simulates every combination of given values.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -32,7 +32,7 @@ int sweep_command(const SweepOptions& options) {
   say("photocoag {}: {}\n", version(), kResearchNotice);
   std::vector<Varied> varied;
   for (const std::string& option : options.vary) varied.push_back(parse_varied(option));
-  configured(Use::kSimulate, options.config, options.set);  // says what has no effect
+  configured(Use::kSimulate, options.config, options.set);  // reports keys without effect
   const ClaimedFolder claimed = output_folder(options.out, "sweep");
   const fs::path& folder = claimed.path();
   const std::vector<SweepPoint> points = sweep(options.config, options.set, varied, options.seeds,
@@ -58,8 +58,8 @@ int sweep_command(const SweepOptions& options) {
 }
 
 const Command kSweep(
-    "sweep", "simulate every combination of some values: table, CSV, overlay plot", sweep_command,
-    [](CommandLine& command, SweepOptions& options) {
+    "sweep", "simulate every combination of the given values: table, CSV, overlay plot",
+    sweep_command, [](CommandLine& command, SweepOptions& options) {
       add_common(command, options);
       command
           .add_option("--vary", options.vary,

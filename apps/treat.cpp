@@ -83,7 +83,7 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
         100.0 * *numbers.choroid_error_final);
   }
   if (treatment.prior_check && treatment.prior_check->doubtful()) {
-    say("PRIOR     what this eye showed does not fit [[prior]]: the stated probability may not "
+    say("PRIOR     the samples of this eye do not fit [[prior]]: the stated probability may not "
         "hold\n");
   }
   const std::int64_t late = treatment.outcome.safety.late_commands;
@@ -157,7 +157,7 @@ int run(const RunOptions& options, DeviceAddress place) {
     say("observe   real time is not enforced: for a simulated eye only\n");
   }
 
-  // From here on the run has a place, whatever happens later.
+  // From here on the run folder is claimed.
   const ClaimedFolder claimed =
       options.out.empty() ? open_new_run_folder(config) : open_run_folder(options.out, config);
   const fs::path& folder = claimed.path();
@@ -174,7 +174,7 @@ int run(const RunOptions& options, DeviceAddress place) {
     if (place.simulated()) write_field(folder, config, treatment, models);
     write_report(folder);
   } catch (const Error& error) {
-    complete = false;  // the treatment is over: what could be written is there
+    complete = false;  // the treatment is over: keep what could be written
     say("photocoag: the run folder is not complete: {}\n", error.what());
   }
   print_outcome(config, treatment, folder);
