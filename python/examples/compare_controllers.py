@@ -1,4 +1,4 @@
-"""A proportional-integral controller beside the model predictive one, on the same eyes and noise."""
+"""Compares a PI with the model predictive controller on the same eyes and noise."""
 
 from __future__ import annotations
 

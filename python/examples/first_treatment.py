@@ -1,4 +1,4 @@
-"""The first treatment: simulate, read, save a picture."""
+"""A first treatment: simulate it, read the results, save a figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proofs about the controller."""
+"""Certified number of active-set changes of the controller's solver."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ def certify(
     boxes: int = 20_000,
     cache: bool = True,
 ) -> dict[str, Any]:
-    """The most active-set changes that the controller's solver needs, proved over a box.
+    """Upper bound on the active-set changes of the controller's solver, proved over a box.
 
-    The program's ``certify`` (docs/certify.md), for horizons from 2 to 5. Ctrl-C ends the search.
+    Same as the program's ``certify`` (docs/certify.md); horizons 2 to 5. Ctrl-C ends the search.
 
     Parameters
     ----------
     config : Config
     absorption : (float, float)
-        Absorption factors, from low to high; None: the estimator's bounds.
+        Range of the absorption factor, 1, low and high; None: the estimator's bounds.
     choroid : (float, float)
-        Choroid factors, of a model with two.
+        Range of the choroid factor, 1; only for a model with that parameter.
     free : (float, float)
-        Peak temperatures without further powers, K, at every stage by itself; None: 0 to 1.25
-        times ``control.peak_max_K``.
+        Range of the free response of the peak temperature, K, independent at each stage; None: 0 to
+        1.25 times ``control.peak_max_K``.
     previous : (float, float)
-        The power before, W; None: all powers.
+        Range of the previous power, W; None: all admissible powers.
     boxes : int
-        Most boxes to look at.
+        Maximum number of boxes of the search.
     cache : bool
         Read and write the cache of reduced models.
 

@@ -12,7 +12,7 @@ from . import _core
 from ._errors import ConfigError, refuse
 
 
-_Core = _core.Config  # inside of Config, `_core` is its attribute
+_Core = _core.Config  # inside class Config, `_core` names the attribute
 
 
 def _is_number(value: object) -> bool:
@@ -30,7 +30,7 @@ def _toml_key(key: str) -> str:
 
 
 def toml_value(key: str, value: object) -> str:
-    """`value` as TOML in one line."""
+    """`value` as TOML on one line."""
     accepted = "a number, text, a boolean, or a list or mapping of these"
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
         value = value.item()
@@ -193,7 +193,7 @@ class Config:
 
     @classmethod
     def from_toml(cls, text: str) -> Config:
-        """Read TOML text, such as `to_toml` gives."""
+        """Read TOML text, such as the result of `to_toml`."""
         if not isinstance(text, str):
             raise refuse("text", text, "TOML text")
         try:
@@ -204,13 +204,13 @@ class Config:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, object]) -> Config:
-        """Read nested mappings, such as `to_dict` gives; keys that are left out have their defaults."""
+        """Read nested mappings, such as the result of `to_dict`; missing keys take defaults."""
         if not isinstance(values, Mapping):
             raise refuse("values", values, "a mapping of sections")
         return cls.from_toml(toml_document(values))
 
     def set(self, key: str, value: object) -> Config:
-        """A new configuration with one other value.
+        """A new configuration with one value changed.
 
         Parameters
         ----------
@@ -224,7 +224,7 @@ class Config:
         return self._changed([f"{key}={toml_value(key, value)}"])
 
     def update(self, values: Mapping[str, object]) -> Config:
-        """A new configuration with several other values, by full key."""
+        """A new configuration with several values changed, by full key."""
         if not isinstance(values, Mapping):
             raise refuse("values", values, "a mapping of full keys")
         for key in values:

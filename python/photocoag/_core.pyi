@@ -1,4 +1,4 @@
-"""The compiled part of photocoag: wrapped by the public classes, not for direct use."""
+"""The compiled part of photocoag, wrapped by the public classes; not for direct use."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What photocoag raises."""
+"""The exception that photocoag raises."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ class ConfigError(ValueError):
     Attributes
     ----------
     where : str
-        File, file and line, or the change that the value came from; may be empty.
+        Origin of the value: file, file and line, or override; may be empty.
     key : str
         Full name with its unit, such as ``"control.power_max_W"``; may be empty.
     problem : str
-        What is wrong, in words; may be empty.
+        Description of what is wrong; may be empty.
     found : str
-        The value found, as it was written.
+        The value found, as written.
     accepted : str
-        What is accepted instead, with the unit.
+        Accepted values, with the unit.
 
     Examples
     --------
@@ -51,7 +51,7 @@ class ConfigError(ValueError):
 
 
 def refuse(key: str, found: object, accepted: str) -> ConfigError:
-    """The error of one bad argument."""
+    """The error for an invalid argument."""
     text = repr(found)
     text = text if len(text) <= 80 else text[:77] + "..."
     return ConfigError(

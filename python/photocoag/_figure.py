@@ -1,4 +1,4 @@
-"""A matplotlib figure that notebooks show; imported with the first figure."""
+"""A matplotlib figure that notebooks display; imported only when a figure is made."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 
 class ShownFigure(Figure):
-    """Shows itself as the value of a notebook's cell, whether pyplot is in use or not."""
+    """Displayed as the value of a notebook cell, with or without pyplot."""
 
     def _repr_png_(self) -> bytes:
         picture = io.BytesIO()

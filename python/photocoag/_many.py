@@ -26,7 +26,7 @@ Progress = bool | Callable[[int, int], object]
 
 
 class _Bar:
-    """tqdm where there is one, else a line on standard error."""
+    """tqdm if it is installed, else a line on standard error."""
 
     def __init__(self, label: str) -> None:
         self._label = label
@@ -87,11 +87,11 @@ def simulate_many(
     ----------
     config : Config or sequence of Config
     seeds : iterable of int, optional
-        With one configuration: ``run.seed`` of each run. With several: left out.
+        With one configuration: ``run.seed`` of each run. With several: must be None.
     threads : int, optional
-        All cores that the process may use, if left out.
+        Default: all cores that the process may use.
     progress : bool or callable
-        True: a bar; or ``progress(done, total)``, called some times a second.
+        True: a progress bar; or ``progress(done, total)``, called several times a second.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def simulate_many(
 
 
 class _SeededConfig(Config):
-    """A configuration with another seed, made when it is first looked at."""
+    """A configuration with another seed, created on first use."""
 
     __slots__ = ("_base", "_seed")
 
@@ -146,9 +146,9 @@ class Campaign:
     Attributes
     ----------
     spots : numpy.ndarray
-        One row a spot: number, noise seed, inputs, outcomes; units in `units`.
+        One row per spot: number, noise seed, inputs, outcomes; units in `units`.
     summary : dict
-        What the campaign's ``summary.json`` says.
+        Content of the campaign's ``summary.json``.
     """
 
     def __init__(
@@ -185,9 +185,10 @@ def campaign(
     progress: Progress = False,
     cache: bool = True,
 ) -> Campaign:
-    """Treat the random spots of a campaign on all cores, in memory: at most 10,000,000.
+    """Treat the random spots of a campaign on all cores and keep all results in memory.
 
-    The program ``photocoag campaign`` has no such limit; its ``campaign.h5`` can be read in parts.
+    At most 10,000,000 spots. The program ``photocoag campaign`` has no such limit; its
+    ``campaign.h5`` can be read in parts.
 
     Parameters
     ----------
@@ -199,7 +200,7 @@ def campaign(
     Returns
     -------
     Campaign
-        Each spot to the bit as the program's.
+        Every spot is bit-identical to the program's.
     """
     watch = _watcher(progress, "campaign")
     if isinstance(campaign, Mapping):
@@ -207,7 +208,7 @@ def campaign(
         tables = ""
         for key, value in campaign.items():
             if isinstance(value, (list, tuple)) and value and all(isinstance(v, Mapping) for v in value):
-                toml_document({key: 0})  # refuses what is no key
+                toml_document({key: 0})  # refuses an invalid key
                 tables += "".join(f"[[{key}]]\n{toml_document(one)}" for one in value)
             else:
                 plain[key] = value
@@ -231,7 +232,7 @@ def sweep(
     progress: Progress = False,
     cache: bool = True,
 ) -> pandas.DataFrame:
-    """Simulate every combination of some values; needs pandas.
+    """Simulate every combination of the given values; needs pandas.
 
     Parameters
     ----------
@@ -244,7 +245,7 @@ def sweep(
     Returns
     -------
     pandas.DataFrame
-        One row a run: the varied keys, ``run.seed``, and the numbers of its summary.
+        One row per run: the varied keys, ``run.seed``, and the numbers of its summary.
 
     Examples
     --------
@@ -275,7 +276,7 @@ def sweep(
 
 
 class Claim(NamedTuple):
-    """A claim of the paper and what became of it."""
+    """A claim of the paper and its verdict."""
 
     study: str
     claim: str
@@ -290,14 +291,14 @@ def reproduce(
     progress: Progress = False,
     cache: bool = True,
 ) -> list[Claim]:
-    """Every table and figure of the paper's results, with a verdict for each claim.
+    """Reproduce every table and figure of the paper's results, with a verdict for each claim.
 
     Parameters
     ----------
     out : path
         Folder, new or empty: index.html, claims.json, figures.
     quick : bool
-        Without the sensitivities.
+        Skip the sensitivities.
     """
     studies = Path(__file__).parent / "share" / "studies"
     watch = _watcher(progress, "reproducing")

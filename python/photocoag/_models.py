@@ -31,9 +31,9 @@ class ReducedModel:
     A : numpy.ndarray
         Shape (order, order), 1/s.
     A_d : numpy.ndarray
-        The same in discrete time, for `period` and `discretization`.
+        A of the discrete-time model, for `period` and `discretization`, 1.
     C_peak : numpy.ndarray
-        Shape (order,).
+        Shape (order,), K.
 
     Examples
     --------
@@ -53,8 +53,7 @@ class ReducedModel:
         Raises
         ------
         ConfigError
-            Not such a file, altered (checksum), of another version, or a model that no controller
-            may trust.
+            Not a model file, altered (checksum), of another version, or not valid for a controller.
         """
         file = os.fspath(path)
         if not isinstance(file, str) or "\0" in file:
@@ -82,22 +81,22 @@ class ReducedModel:
 
     A = property(lambda self: self._core.A, doc="Shape (order, order), 1/s.")
     A_d = property(lambda self: self._core.A_d, doc="Discrete-time A, shape (order, order), 1.")
-    C_peak = property(lambda self: self._core.C_peak, doc="Shape (order,).")
+    C_peak = property(lambda self: self._core.C_peak, doc="Shape (order,), K.")
     order = property(lambda self: self._core.order, doc="Number of states.")
     period = property(lambda self: self._core.period, doc="Control period, s.")
     parameters = property(lambda self: self._core.parameters, doc="1: alpha; 2: alpha and beta.")
-    method = property(lambda self: self._core.method, doc="How it was reduced.")
+    method = property(lambda self: self._core.method, doc="Reduction method.")
     discretization = property(lambda self: self._core.discretization, doc="Of the discrete matrices.")
-    full_order_states = property(lambda self: self._core.full_order_states, doc="Grid cells reduced.")
+    full_order_states = property(lambda self: self._core.full_order_states, doc="States before the reduction.")
     absorption_range = property(
-        lambda self: self._core.absorption_range, doc="Alpha in which the error was measured, 1."
+        lambda self: self._core.absorption_range, doc="Range of alpha of the measured error, 1."
     )
     error = property(
         lambda self: self._core.error,
         doc="Measured error of each output relative to its largest value, by absorption factor.",
     )
     certificate = property(
-        lambda self: self._core.certificate, doc="Proved error bounds relative to the gain, or None."
+        lambda self: self._core.certificate, doc="Certified error bounds relative to the gain, or None."
     )
 
     def B(self, absorption_factor: float, choroid_factor: float = 1.0) -> Array:
@@ -122,7 +121,7 @@ class ReducedModel:
         absorption_factor, choroid_factor : float
             Alpha and beta, 1.
         discrete : bool
-            Discrete time with `period` as its step.
+            Discrete time with sampling time `period`.
         """
         import control
 
@@ -135,7 +134,7 @@ class ReducedModel:
         )
 
     def plant(self, absorption_factor: float, choroid_factor: float = 1.0) -> _core.ReducedPlant:
-        """A simulated eye of this model, cold: ``step(power)``, ``outputs()``."""
+        """A simulated eye of this model, initially at ambient: ``step(power)``, ``outputs()``."""
         return _core.reduced_plant(self._core, absorption_factor, choroid_factor)
 
     def __eq__(self, other: object) -> bool:
@@ -161,7 +160,7 @@ class FullOrderModel:
     ----------
     config : Config
     plant : bool
-        The simulated eye's tissue instead of the model's.
+        Tissue of the simulated eye instead of the controller's nominal tissue.
 
     Attributes
     ----------
@@ -210,29 +209,29 @@ class FullOrderModel:
 
     @property
     def radial_edges_m(self) -> Array:
-        """Faces of the rings, m."""
+        """Radial cell faces, m."""
         return self._core.radial_edges_m
 
     @property
     def axial_edges_m(self) -> Array:
-        """Faces in depth, m, from the front of the first layer."""
+        """Axial cell faces, m, from the front of the first layer."""
         return self._core.axial_edges_m
 
     @property
     def c_peak(self) -> Array:
-        """Shape (states,)."""
+        """Output matrix of the peak temperature, shape (states,), 1."""
         return self._core.c_peak()
 
     def b(self, absorption_factor: float, choroid_factor: float = 1.0) -> Array:
-        """Heating of each cell per watt, shape (states,), K/(W s)."""
+        """Heating rate of each cell per watt, shape (states,), K/(W s)."""
         return self._core.b(absorption_factor, choroid_factor)
 
     def c_volume(self, absorption_factor: float, choroid_factor: float = 1.0) -> Array:
-        """Output of the volume temperature, shape (states,)."""
+        """Output matrix of the volume temperature, shape (states,), 1."""
         return self._core.c_volume(absorption_factor, choroid_factor)
 
     def plant(self) -> _core.FullOrderPlant:
-        """The simulated eye of the configuration, cold: ``step(power)``, ``outputs()``."""
+        """The configured simulated eye, initially at ambient: ``step(power)``, ``outputs()``."""
         return _core.full_order_plant(self._config._core, True)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -307,7 +306,7 @@ def reduce(config: Config, *, cache: bool = True) -> ReducedModel:
     ----------
     config : Config
     cache : bool
-        Read and write the cache of reduced models; the model does not depend on it.
+        Read and write the cache of reduced models; the result does not depend on it.
     """
     return ReducedModel(_core.reduce(check_config(config)._core, bool(cache)))
 
@@ -320,7 +319,7 @@ def response(
     *,
     cache: bool = True,
 ) -> dict[str, Array]:
-    """Step response of the simulated eye to constant power.
+    """Response of the simulated eye to a power step from ambient.
 
     Parameters
     ----------

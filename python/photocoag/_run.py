@@ -1,4 +1,4 @@
-"""One treatment: simulate it, look at it, keep it."""
+"""One treatment: simulate, inspect and save it."""
 
 from __future__ import annotations
 
@@ -24,33 +24,34 @@ Outputs = tuple[float, float]
 
 @runtime_checkable
 class ControllerLike(Protocol):
-    """A controller of one's own. Optional: ``start() -> float``, the power of the first period
-    (without it ``step(0.0, 0.0)`` is asked: cold tissue), and ``outputs() -> (volume_K, peak_K)``,
-    its own estimate (without it the configured estimator's is recorded and supervised)."""
+    """A user's controller. Optional methods: ``start() -> float``, the power of the first period, W
+    (default: ``step(0.0, 0.0)``, tissue at ambient), and ``outputs() -> (volume_K, peak_K)``, its
+    own estimate (default: that of the configured estimator), recorded and supervised."""
 
     def step(self, volume_temperature: float, applied_power: float, /) -> float:
-        """Sample at the end of a period, K (NaN: none), and the power applied in it, W, to the power
-        of the coming period, W."""
+        """Power of the coming period, W, from the sample at the end of the last one, K (NaN: none),
+        and the power applied in it, W."""
 
 
 @runtime_checkable
 class EstimatorLike(Protocol):
-    """An estimator of one's own for the configured controller. Attributes after each `update`:
+    """A user's estimator for the configured controller. Attributes after each `update`:
     ``state`` (order,), ``absorption_factor``; optional ``covariance``, ``absorption_sigma``."""
 
     def update(self, volume_temperature: float, applied_power: float, /) -> object:
-        """Sample at the end of a period, K (NaN: none), and the power applied in it, W."""
+        """Measurement update with the sample at the end of a period, K (NaN: none), and the power
+        applied in it, W."""
 
 
 @runtime_checkable
 class PlantLike(Protocol):
-    """A simulated tissue of one's own."""
+    """A user's simulated tissue."""
 
     def step(self, power: float, /) -> object:
-        """One control period of constant power, W."""
+        """Advances by one control period of constant power, W."""
 
     def outputs(self) -> Outputs:
-        """(volume_K, peak_K), rises over ambient at the end of the period."""
+        """(volume_K, peak_K): temperature rises over ambient at the end of the period, K."""
 
 
 class Run:
@@ -59,11 +60,11 @@ class Run:
     Attributes
     ----------
     config : Config
-        What was asked for.
+        The requested configuration.
     summary : dict
-        What ``summary.json`` says.
+        Content of ``summary.json``.
     cycles : numpy.ndarray
-        One row a control cycle, with the columns of ``run.csv`` as named fields.
+        One row per control cycle, with the columns of ``run.csv`` as named fields.
 
     Examples
     --------
@@ -105,7 +106,7 @@ class Run:
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Run:
-        """Read a run folder that the program wrote, of a simulated eye or of a device.
+        """Read a run folder written by the program, of a simulated eye or of a device.
 
         Parameters
         ----------
@@ -140,7 +141,7 @@ class Run:
         return frame
 
     def to_csv(self) -> str:
-        """The text of ``run.csv``: the same bytes as the program writes for this configuration."""
+        """The text of ``run.csv``: byte-identical to the program's for this configuration."""
         return self._core.to_csv()
 
     def save(self, folder: str | os.PathLike[str]) -> None:
@@ -161,7 +162,7 @@ class Run:
 
     @property
     def loop_seconds(self) -> float:
-        """Time that the closed loop took, s."""
+        """Wall-clock time of the closed loop, s."""
         return self._core.wall_seconds
 
     def __len__(self) -> int:
@@ -198,7 +199,7 @@ def _table(
 
 
 class FrozenRun(Run):
-    """A run that was read or unpickled: its numbers without the models that `save` needs."""
+    """A run that was loaded or unpickled: its results without the models that `save` needs."""
 
     def __init__(
         self,
@@ -242,7 +243,7 @@ def check_seed(seed: object) -> int:
         raise refuse("seed", seed, accepted)
     try:
         number = int(seed.__index__())
-    except TypeError:  # an array of another shape
+    except TypeError:  # an array that is not a scalar
         raise refuse("seed", seed, accepted) from None
     if not 0 <= number < 2**63:
         raise refuse("seed", seed, accepted)
@@ -260,17 +261,17 @@ def simulate(
 ) -> Run:
     """One closed-loop treatment of a simulated eye in virtual time.
 
-    The same configuration and seed give the same bytes as ``./photocoag simulate``. No file is
-    written but the cache of reduced models, and no process started.
+    The same configuration and seed give the same bytes as ``./photocoag simulate``. Writes no file
+    except the cache of reduced models and starts no process.
 
     Parameters
     ----------
     config : Config
     seed : int, optional
-        Of the measurement noise, instead of ``run.seed``.
+        Seed of the measurement noise, instead of ``run.seed``.
     controller, estimator, plant : optional
-        Parts of one's own in place of ours: `ControllerLike`, `EstimatorLike`, `PlantLike`. Noise,
-        delay, watchdog, supervisor and record stay, on the same random numbers.
+        Your own parts in place of the built-in ones: `ControllerLike`, `EstimatorLike`,
+        `PlantLike`. Noise, delay, watchdog, supervisor and record are the same.
     cache : bool
         Read and write the cache of reduced models.
 
@@ -281,7 +282,8 @@ def simulate(
     Raises
     ------
     ConfigError
-        The configuration cannot be simulated, or a part of one's own gives what is not a number.
+        The configuration cannot be simulated, or one of your own parts returns something that is
+        not a finite number.
 
     Examples
     --------
@@ -300,18 +302,18 @@ def simulate(
 
 
 def treat(config: Config, seed: int | None = None, *, cache: bool = True) -> Run:
-    """The same treatment paced by the clock, in real time as far as the machine grants it.
+    """The same treatment paced by the clock, with real-time scheduling if the machine grants it.
 
     Parameters
     ----------
     config : Config
     seed : int, optional
-        Of the measurement noise, instead of ``run.seed``.
+        Seed of the measurement noise, instead of ``run.seed``.
 
     Returns
     -------
     Run
-        Its summary also holds ``scheduling`` and ``timing``. Ctrl-C ends with 0 W.
+        Its summary also holds ``scheduling`` and ``timing``. Ctrl-C ends the treatment at 0 W.
     """
     config = check_config(config)
     if seed is not None:

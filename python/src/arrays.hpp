@@ -34,7 +34,7 @@ nb::object array_of(const std::vector<T>& values) {
   return array_of(values.data(), {values.size()});
 }
 
-/// A matrix as rows x columns, C order; a column vector as one dimension.
+/// A matrix as rows x columns in C order; a column vector as a one-dimensional array.
 template <typename D>
 nb::object array_of(const Eigen::MatrixBase<D>& matrix) {
   const auto rows = static_cast<std::size_t>(matrix.rows());
@@ -44,7 +44,7 @@ nb::object array_of(const Eigen::MatrixBase<D>& matrix) {
   return array_of(copy.data(), {rows, columns});
 }
 
-/// What is said of a value that is no good.
+/// Text of a value for an error message, at most 80 characters.
 inline std::string found(nb::handle value) {
   constexpr std::size_t kMost = 80;
   PyObject* text = PyObject_Repr(value.ptr());
@@ -66,7 +66,7 @@ inline std::string found(nb::handle value) {
   throw Error(ErrorParts{.key = key, .found = found(value), .accepted = std::move(accepted)});
 }
 
-/// A real number: int, float or what has __float__ or __index__; no bool, no text.
+/// A real number: int, float or an object with __float__ or __index__; no bool, no text.
 inline double number_of(const std::string& key, nb::handle value, const char* accepted,
                         bool may_be_nan = false) {
   const double number = PyBool_Check(value.ptr()) || PyUnicode_Check(value.ptr())
@@ -81,7 +81,7 @@ inline double number_of(const std::string& key, nb::handle value, const char* ac
   return number;
 }
 
-/// One dimension of finite numbers; `size` 0: any length.
+/// A one-dimensional sequence of finite numbers; `size` 0: any length. Throws Error.
 inline std::vector<double> numbers_of(const std::string& key, nb::handle value, std::size_t size,
                                       const std::string& accepted) {
   if (PyUnicode_Check(value.ptr()) || PyBytes_Check(value.ptr())) refuse(key, value, accepted);

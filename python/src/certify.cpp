@@ -9,7 +9,7 @@
 namespace photocoag::python {
 namespace {
 
-// None: as it is.
+// None leaves the range unchanged. Throws Error.
 void take(Range& range, const char* name, nb::handle given) {
   if (given.is_none()) return;
   const std::vector<double> ends =
@@ -18,7 +18,7 @@ void take(Range& range, const char* name, nb::handle given) {
   range = {ends[0], ends[1]};
 }
 
-// The ranges are named as here, not as the program's options.
+// Errors name the arguments of this function instead of the program's options.
 void validate(const CertifiedBox& box) {
   try {
     box.validate();

@@ -1,5 +1,5 @@
-// Role: the Python package; what its parts share: configuration with its sources, models of a
-// configuration, work that Ctrl-C can stop. Units: SI inside. Threads: the GIL is held on entry and
+// Role: the Python package; configurations with their sources, models of a configuration, and work
+// that Ctrl-C can stop. Units: SI inside. Threads: the GIL is held on entry and
 // on return; work() runs without it.
 #pragma once
 
@@ -23,22 +23,21 @@ namespace photocoag::python {
 
 namespace nb = nanobind;
 
-/// "key=value" and the folder that a relative path in it starts from.
+/// "key=value" and the folder to which a relative path in it refers.
 struct Override {
   std::string option;
   std::string folder;
 };
 
-/// A configuration that remembers where it came from, so that a later change means what `--set`
-/// means.
+/// A configuration with its source, so that a later override has the same meaning as `--set`.
 class OwnedConfig {
  public:
-  /// `text`: TOML, `name`: what stands for its file in messages. Throws Error.
+  /// `text`: TOML; `name`: file name in messages. Throws Error.
   OwnedConfig(std::string text, std::string name, std::string folder,
               std::vector<Override> overrides);
 
   OwnedConfig with(const std::vector<Override>& more) const;
-  /// Throws Error if something contradicts a run in virtual time.
+  /// Throws Error if the configuration cannot be simulated in virtual time.
   void require_simulation() const;
 
   const Config& config() const noexcept { return config_; }
@@ -50,11 +49,11 @@ class OwnedConfig {
  private:
   std::string text_, name_, folder_;
   std::vector<Override> overrides_;
-  Places places_;  // filled by what makes config_
+  Places places_;  // filled while config_ is constructed
   Config config_;
 };
 
-/// What simulations of one configuration share, built once. Immutable but for the store.
+/// Models shared by the simulations of one configuration. Immutable except the store.
 struct Models {
   std::unique_ptr<ModelStore> store;  ///< under `mutex` after construction
   std::mutex mutex;
@@ -64,16 +63,16 @@ struct Models {
   EyeModel eye() const;
 };
 
-/// The models of a configuration, from this process's memory if they are there; with `eye` false
-/// that of the simulated eye is left out. Called without the GIL. Throws Error.
+/// The models of a configuration, kept in memory between calls; `eye` false: without that of the
+/// simulated eye. Called without the GIL. Throws Error.
 std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache, bool eye);
 
-/// told_to_controller(), remembered: its search takes up to minutes. Called without the GIL.
+/// told_to_controller(), kept in memory: its search takes up to minutes. Called without the GIL.
 Config told(const Config& config, const ReducedModel& model);
 
-/// Runs `work(stop)` on a thread of its own without the GIL; meanwhile looks for signals (Ctrl-C
-/// sets `stop`, waits for the end and raises KeyboardInterrupt) and calls `watch` some times a
-/// second. Rethrows what the work throws.
+/// Runs `work(stop)` on its own thread without the GIL; meanwhile checks for signals (Ctrl-C sets
+/// `stop`, waits for the end and raises KeyboardInterrupt) and calls `watch` several times a
+/// second. Rethrows exceptions of the work.
 void interruptible(const std::function<void(std::atomic<bool>& stop)>& work,
                    const std::function<void()>& watch = {});
 

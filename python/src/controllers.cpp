@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kSample = "a number of kelvins, NaN where there is no sample";
 constexpr const char* kPower = "a finite number of watts";
 
-// A sample that is not there is NaN; None as well.
+// A missing sample is NaN or None.
 double sample_of(nb::handle value) {
   if (value.is_none()) return std::numeric_limits<double>::quiet_NaN();
   if (PyFloat_CheckExact(value.ptr())) return PyFloat_AsDouble(value.ptr());

@@ -1,4 +1,4 @@
-// Role: the Python package; the controller and the estimator that Python may hold and give to
+// Role: the Python package; the controller and the estimator that Python code may own and pass to
 // `simulate`. Units: SI. Threads: one owner each.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace photocoag::python {
 /// The controller of `control.solver`, as configured.
 class OwnedController {
  public:
-  /// Throws Error on bad settings or a model for another period. `config`: what it is told.
+  /// `config`: the controller's. Throws Error on bad settings or a model for another period.
   OwnedController(const ReducedModel& model, const Config& config);
 
   template <typename F>

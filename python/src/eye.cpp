@@ -1,5 +1,5 @@
-// Role: the Python package; the simulated eye period by period, for whoever closes the loop
-// elsewhere (photocoag.envs). The same noise, delay and watchdog as in `simulate`.
+// Role: the Python package; the simulated eye stepped period by period, for a loop closed in Python
+// (photocoag.envs). The same noise, delay and watchdog as in `simulate`.
 #include <memory>
 #include <optional>
 #include <utility>
@@ -20,7 +20,7 @@ class Eye {
     reset(config.run.seed, config.plant.absorption_factor);
   }
 
-  /// Cold tissue with this absorption factor, the noise of this seed.
+  /// Tissue at ambient with this absorption factor; noise of this seed.
   void reset(std::uint64_t seed, double absorption_factor) {
     const AbsorptionFactors at(absorption_factor, config_.plant.choroid_factor);
     const EyeSettings settings = eye_settings(config_);
@@ -36,7 +36,7 @@ class Eye {
     cycle_ = 0;
   }
 
-  /// One period at this power.
+  /// One control period at this power, W.
   Reading step(double power) {
     const std::uint64_t cycle = cycle_++;
     const auto advance = [&](auto& eye) {
@@ -65,7 +65,7 @@ void bind_eye(nb::module_& module) {
              owned.require_simulation();
              if (owned.config().plant.bench.needs_intersample()) {
                throw Error(ErrorParts{.key = "plant",
-                                      .problem = "samples between the periods are not stepped here",
+                                      .problem = "this eye has no samples between the periods",
                                       .found = "lags, means or drift of the bench",
                                       .accepted = "none of them, or simulate()"});
              }

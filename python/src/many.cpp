@@ -1,5 +1,5 @@
-// Role: the Python package; many treatments on all cores: seeds, configurations, the spots of a
-// campaign, the paper's studies.
+// Role: the Python package; many treatments on all cores: seeds, configurations, spots of a
+// campaign, studies of the paper.
 #include <nanobind/stl/function.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -28,7 +28,7 @@ namespace photocoag::python {
 namespace {
 
 // Calls a worker's job(i) for each i below `count` on `threads` threads until `stop`; the first
-// exception ends all and is rethrown.
+// exception stops all workers and is rethrown.
 void on_all(std::size_t count, unsigned threads, std::atomic<bool>& stop,
             std::atomic<std::size_t>& done,
             const std::function<std::function<void(std::size_t)>()>& make_worker) {
@@ -54,7 +54,7 @@ std::function<void()> watch_of(nb::handle progress, const std::atomic<std::size_
   return [progress, &done, total] { progress(done.load(), total); };
 }
 
-// Runs of configurations that may differ in anything.
+// Runs of arbitrary configurations.
 nb::list simulate_all(const std::vector<OwnedConfig>& configs, unsigned threads, bool use_cache,
                       nb::handle progress) {
   for (const OwnedConfig& config : configs) config.require_simulation();
@@ -77,7 +77,7 @@ nb::list simulate_all(const std::vector<OwnedConfig>& configs, unsigned threads,
   return list;
 }
 
-// Runs of one configuration that differ in the seed.
+// Runs of one configuration with different seeds.
 nb::list simulate_seeds(const OwnedConfig& owned, const std::vector<std::uint64_t>& seeds,
                         unsigned threads, bool use_cache, nb::handle progress) {
   owned.require_simulation();
@@ -109,7 +109,7 @@ nb::tuple campaign(const std::string& file, unsigned threads, bool use_cache, nb
   if (description.spots > kMostSpotsInMemory) {
     throw Error(ErrorParts{.where = file,
                            .key = "spots",
-                           .problem = "too many for memory, where this function keeps all of them",
+                           .problem = "too many to keep in memory, as this function does",
                            .found = std::to_string(description.spots),
                            .accepted = "at most " + std::to_string(kMostSpotsInMemory) +
                                        "; the program `photocoag campaign` has no such limit, and "

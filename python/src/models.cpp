@@ -45,7 +45,7 @@ ParametricMatrices discrete(const ReducedModel& model, AbsorptionFactors at) {
   return matrices;
 }
 
-/// (min, max) of a parameter; (1, 1) where the model does not have it.
+/// (min, max) of a parameter; (1, 1) if the model does not have it.
 nb::tuple range_of(const ReducedModel& model, std::size_t parameter) {
   const ParameterRange range =
       parameter < model.parameters.size() ? model.parameters[parameter] : ParameterRange{};

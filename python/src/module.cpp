@@ -1,4 +1,4 @@
-// Role: the Python package; the extension module `photocoag._core` and how errors cross over.
+// Role: the Python package; the extension module `photocoag._core` and the translation of errors.
 #include <nanobind/nanobind.h>
 
 #include "common.hpp"
@@ -9,7 +9,7 @@ namespace nb = nanobind;
 
 namespace {
 
-// photocoag.ConfigError with its parts; the message is that of what().
+// Raises photocoag.ConfigError with the parts of the error and its what() as message.
 void raise(const photocoag::Error& error) {
   const photocoag::ErrorParts& parts = error.parts();
   const auto text = [](const std::string& value) {
@@ -26,7 +26,7 @@ void raise(const photocoag::Error& error) {
 
 NB_MODULE(_core, module) {
   using namespace photocoag;
-  nb::set_leak_warnings(false);  // what a user keeps until the interpreter ends is no leak of ours
+  nb::set_leak_warnings(false);  // objects alive at interpreter exit are not leaks
   module.doc() = "The compiled part of photocoag.";
   nb::register_exception_translator([](const std::exception_ptr& pointer, void*) {
     try {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// A method that must be there.
+// A required method. Throws Error.
 nb::object method(nb::handle object, const char* part, const char* name, const char* accepted) {
   nb::object found_method = nb::getattr(object, name, nb::none());
   if (!PyCallable_Check(found_method.ptr())) refuse(part, object, accepted);
@@ -149,7 +149,7 @@ PythonController<F>::PythonController(nb::handle object, F filter, double power_
 
 template <Estimator F>
 void PythonController<F>::take(nb::handle power) {
-  // A laser saturates: so does what it is told.
+  // Clamped: the laser saturates.
   power_ = std::clamp(number_of("controller.step()", power, "a finite number of watts"), 0.0,
                       power_max_);
   if (!outputs_.is_none()) said_ = outputs_of("controller.outputs()", outputs_());

@@ -1,6 +1,7 @@
-// Role: the Python package; parts written in Python inside the closed loop. Source: the concepts
-// Plant, Estimator and Controlling. Units: SI. Threads: the GIL is held throughout. The loop is
-// noexcept: the first exception is kept, the loop asked to stop, and raised after it.
+// Role: the Python package; a user's plant, estimator and controller in the closed loop. Source:
+// the concepts Plant, Estimator and Controlling. Units: SI. Threads: the GIL is held throughout.
+// The loop is noexcept: the first exception is kept, the loop is asked to stop, and the exception
+// is raised after it.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -16,12 +17,12 @@ namespace photocoag::python {
 
 namespace nb = nanobind;
 
-/// What goes wrong in Python during a loop.
+/// The first Python exception during a loop.
 class Failure {
  public:
   explicit Failure(std::atomic<bool>& stop) : stop_(&stop) {}
 
-  /// Calls f unless something has failed before.
+  /// Calls f unless an earlier call has failed.
   template <typename F>
   void guard(F f) noexcept {
     if (first_) return;
@@ -53,10 +54,9 @@ class PythonPlant {
   Failure* failure_;
 };
 
-/// `update(volume_temperature_K, applied_power_W)`, then `state`, `absorption_factor` and, if they
-/// are there, `covariance` and `absorption_sigma`. What it does not say, the configured filter
-/// says, which sees the same samples; the Kalman filter in place of the posterior, whose state is
-/// not the model's.
+/// `update(volume_temperature_K, applied_power_W)`, then `state`, `absorption_factor` and, if
+/// present, `covariance` and `absorption_sigma`. Missing attributes come from the configured filter
+/// on the same samples; the Kalman filter replaces the posterior, whose state is not the model's.
 class PythonEstimator {
  public:
   PythonEstimator(nb::handle object, const ReducedModel& model, const EstimatorSettings& settings,
@@ -94,8 +94,8 @@ class PythonEstimator {
   double choroid_factor_ = 1.0;
 };
 
-/// `step(volume_temperature_K, applied_power_W) -> power_W`, before the first period `start()` if
-/// there is one, else step(0, 0): cold tissue. Estimates are those of `F`, unless the object has
+/// `step(volume_temperature_K, applied_power_W) -> power_W`; before the first period `start()` if
+/// present, else step(0, 0): tissue at ambient. Estimates are those of `F` unless the object has
 /// `outputs()`.
 template <Estimator F>
 class PythonController {
@@ -115,8 +115,8 @@ class PythonController {
   Failure* failure_;
   F filter_;
   double power_max_;
-  double power_ = 0.0;     // W, of the coming period
-  double previous_ = 0.0;  // W, written last
+  double power_ = 0.0;     // of the coming period, W
+  double previous_ = 0.0;  // power written last, W
   bool started_ = false;
   std::optional<Outputs> said_;
 };

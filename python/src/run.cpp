@@ -1,4 +1,4 @@
-// Role: the Python package; one treatment, simulated or paced by the clock, with one's own parts.
+// Role: the Python package; one treatment, simulated or paced by the clock, with a user's parts.
 #include <fmt/format.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -33,7 +33,7 @@ bool is_column(const CycleField& field, const OwnedRun& run) {
          (field.in_csv == InCsv::kWithDevice && run.treatment.device);
 }
 
-// All words of an enumeration: codes beyond its last map to the first.
+// All words of an enumeration; codes beyond its last map to the first.
 nb::list words_of(const CycleField& field) {
   nb::list words;
   for (std::uint64_t code = 0; code < 64 && (code == 0 || field.word(code) != field.word(0));
@@ -44,8 +44,7 @@ nb::list words_of(const CycleField& field) {
   return words;
 }
 
-// (name, unit, values, words) of the fields that are wanted: float64; int64; codes with their
-// words.
+// (name, unit, values, words) of the wanted fields: float64, int64, or codes with their words.
 template <typename Wanted, typename RecordAt>
 nb::list columns_of(Wanted wanted, std::size_t cycles, RecordAt record_at) {
   nb::list list;
@@ -72,7 +71,7 @@ nb::list columns(const OwnedRun& run) {
                     [&](std::size_t i) { return LogRecord(records[i], CycleEnd{}); });
 }
 
-// The columns of a run.csv, of this program or an earlier one.
+// The columns of a run.csv of this or an earlier version.
 nb::list read_columns(const std::string& file) {
   const RunCsv run = read_run_csv(file);
   for (const char* column : {"cycle", "time_s", "power_W"}) run.require(column);
@@ -91,7 +90,7 @@ void save(OwnedRun& run, const std::string& folder) {
   write_report(claimed.path());
 }
 
-// Python parts are called on this thread, with the GIL; Ctrl-C arrives in them.
+// Python parts are called on this thread with the GIL; Ctrl-C interrupts them.
 template <typename M>
 void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle controller,
                        nb::handle estimator, nb::handle plant, const Models& models) {
@@ -114,7 +113,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
     run.treatment = simulate_with(controlled, *models.reduced, eye, own, stop, progress);
     failure.rethrow();
   };
-  // Whatever the estimator is, the controller's own or ours.
+  // With the controller's own estimator or the built-in one.
   const auto with_filter = [&](auto filter) {
     using F = decltype(filter);
     if (!controller.is_none()) {
@@ -134,7 +133,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
   } else if (!estimator.is_none()) {
     if (controlled.control.robust == Robustness::kChance && controller.is_none()) {
       throw Error(ErrorParts{.key = "control.robust",
-                             .problem = "an estimator of one's own says nothing of quantiles",
+                             .problem = "a user's estimator has no quantiles",
                              .found = "\"chance\"",
                              .accepted = "\"none\", \"certified\", or photocoag.Estimator"});
     }
@@ -173,7 +172,7 @@ std::shared_ptr<OwnedRun> simulate(const OwnedConfig& owned, nb::handle controll
   });
   if (!own) return run;
   with_parts(*run, run->controlled, controller, estimator, plant, *run->models);
-  if (!plant.is_none()) run->models = nullptr;  // its field is nobody's to write
+  if (!plant.is_none()) run->models = nullptr;  // no temperature field to write
   return run;
 }
 

@@ -1,4 +1,4 @@
-// Role: the Python package; one finished treatment. Threads: immutable once made.
+// Role: the Python package; one finished treatment. Threads: immutable after construction.
 #pragma once
 
 #include <atomic>
@@ -9,9 +9,9 @@
 namespace photocoag::python {
 
 struct OwnedRun {
-  Config config;                             ///< as asked for
-  Config controlled;                         ///< as the controller is told
-  std::shared_ptr<Models> models = nullptr;  ///< null: the eye was one's own
+  Config config;                             ///< as requested
+  Config controlled;                         ///< the controller's
+  std::shared_ptr<Models> models = nullptr;  ///< null: a user's plant
   Treatment treatment;
 };
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kKept = 8;  // full-order models of some MB each
 constexpr auto kLook = std::chrono::milliseconds(50);
 
-// The last few values by key.
+// Cache of the most recent values by key.
 template <typename T>
 class Recent {
  public:
@@ -50,7 +50,7 @@ std::string file_stamp(const std::string& file) {
   return fmt::format("{} {} {}", file, time, std::filesystem::file_size(file, error));
 }
 
-// What the models depend on: two configurations with the same key share them.
+// Key of the models: configurations with the same key share them.
 std::string models_key(Config config, bool use_cache, bool eye) {
   const double period = config.control.period;
   const std::string file = file_stamp(config.model.file);

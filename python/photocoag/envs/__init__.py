@@ -26,22 +26,23 @@ class TreatmentEnv(gymnasium.Env[Observation, npt.NDArray[np.float64]]):
 
     The action is the laser power of the period in W, shape (1,), from ``control.power_min_W`` to
     ``control.power_max_W``. The observation, shape (3,), is the measured volume temperature
-    rise in K, the applied power in W, and the share of the treatment that is over. The reward is
-    ``-((peak - reference) / reference) ** 2`` of the true peak, which the observation does not hold.
-    ``info`` holds ``cost``, the K by which the true peak exceeds ``control.peak_max_K`` (0 below),
+    rise in K, the applied power in W, and the elapsed fraction of the treatment. The reward is
+    ``-((peak - reference) / reference) ** 2`` of the true peak, which is not observed.
+    ``info`` holds ``cost``, the excess of the true peak over ``control.peak_max_K`` in K (0 below),
     ``peak_true_K``, ``volume_true_K`` and ``absorption_factor``. An episode lasts
     ``run.duration_ms`` and is then truncated.
 
     Parameters
     ----------
     config : Config, optional
-        Default: the paper's 1 kHz case. Its supervisor and controller play no part.
+        Default: the paper's 1 kHz case. Its supervisor and controller are not used.
     absorption_factor : (float, float), optional
-        A new eye each episode, uniformly from this range; default: ``plant.absorption_factor``.
+        A new eye each episode, drawn uniformly from this range; default:
+        ``plant.absorption_factor``.
 
     Notes
     -----
-    `reset` with a seed gives the same eye and noise again. A sample that is missing
+    `reset` with the same seed gives the same eye and noise. A missing sample
     (``plant.zero_power_sample = "missing"``) is observed as 0.
 
     Examples
