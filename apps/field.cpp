@@ -114,7 +114,8 @@ const Command kField(
           .check(number_from(0.0, 1e6))
           .type_name("W");
       command.add_option("--run", options.run, "or the powers of this run folder").type_name("DIR");
-      add_times(command, options.times, "times, s, by comma: whole multiples of control.period_ms");
+      add_times(command, options.times,
+                "times, s, comma-separated: whole multiples of control.period_ms");
       command.add_option("--out", options.out, "folder, new or empty").required().type_name("DIR");
       command.footer(
           footer("  photocoag field --power 0.03 --times 0.001,0.01,0.1 --out fields\n"

@@ -22,11 +22,11 @@ struct CommonOptions {
 void add_common(CommandLine& command, CommonOptions& options);
 /// --no-cache.
 void add_cache(CommandLine& command, CommonOptions& options);
-/// --out: a folder, new or empty; without it a new one below runs/.
+/// --out: a folder, new or empty; default: a new one below runs/.
 void add_new_folder(CommandLine& command, std::string& out);
-/// --times, which is required: s, by comma.
+/// --times, required: s, comma-separated.
 void add_times(CommandLine& command, std::vector<double>& times, const char* description);
-/// What --help ends with: examples, exit codes, the notice.
+/// Text at the end of --help: examples, exit codes, the notice.
 std::string footer(std::string_view examples);
 
 /// An option's check: a number from `low` to `high`.
@@ -34,7 +34,7 @@ Check number_from(double low, double high);
 /// An option's check: a whole number from `low` to `high`.
 Check whole_number_from(std::int64_t low, std::int64_t high);
 
-/// An option's check: something is there. For what the configuration checks further.
+/// An option's check: not empty. For values that the configuration validates.
 Check given();
 
 /// The numbers of "a,b,…", each from `low` to `high` and none twice; at least one. A decimal comma

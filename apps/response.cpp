@@ -79,7 +79,8 @@ const Command kResponse(
           .required()
           .check(number_from(0.0, 1e6))
           .type_name("W");
-      add_times(command, options.times, "times after switching on, s, by comma, in any order");
+      add_times(command, options.times,
+                "times after switching on, s, comma-separated, in any order");
       command.add_option("--csv", options.csv, "output file; - is standard output")
           .type_name("FILE");
       command.footer(footer(

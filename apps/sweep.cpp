@@ -71,7 +71,8 @@ const Command kSweep(
           .check(whole_number_from(1, 1000))
           .type_name("N");
       add_new_folder(command, options.out);
-      command.add_flag("--no-cache", options.no_cache, "make the reduced models anew");
+      command.add_flag("--no-cache", options.no_cache,
+                       "make the reduced models again, without the cache");
       command.footer(footer(
           "  photocoag sweep --config configs/paper-250hz-a.toml --vary control.horizon=2,5,10 \\\n"
           "    --vary control.power_weight=0,5e1,5e4 --seeds 5\n"

@@ -100,7 +100,7 @@ bool Journal::sync_is_due() const {
 void Journal::end_sync() {
   if (!syncing_.valid()) return;
   errno = syncing_.get();
-  if (errno != 0) fail("cannot be brought to the disk");
+  if (errno != 0) fail("cannot be flushed to the disk");
 }
 
 std::size_t Journal::bytes_per_spot(const Campaign& campaign) {

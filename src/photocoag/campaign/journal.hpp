@@ -39,9 +39,9 @@ class Journal {
  private:
   void open_for(const Campaign& campaign);
   [[noreturn]] void fail(const char* what) const;
-  // Fewer bytes: the end of the file.
+  // Up to `bytes` bytes from `offset` on; fewer at the end of the file.
   std::size_t read_at(void* data, std::size_t bytes, std::uint64_t offset) const;
-  // What is in the file comes to the disk, without waiting for it; what became of the last time.
+  // Starts an fsync without waiting; reports the result of the previous one.
   void begin_sync();
   void end_sync();
   bool sync_is_due() const;

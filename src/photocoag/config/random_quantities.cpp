@@ -45,7 +45,7 @@ void read_distribution(const TableReader& table, bool of_controller, RandomQuant
                 fmt::format("from low = {} to high = {}", quantity.low, quantity.high));
 }
 
-// A parameter of another distribution is a slip, not a comment.
+// A parameter of another distribution is an error.
 void refuse_foreign(const TableReader& table, Distribution distribution) {
   const auto foreign = [&](std::string_view key, Distribution owner) {
     if (distribution == owner || table.find(key) == nullptr) return;

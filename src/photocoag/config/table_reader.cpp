@@ -11,7 +11,7 @@
 namespace photocoag {
 namespace {
 
-// NaN: not a number.
+// NaN if it is not a number.
 double number_of(const Value& value) {
   if (value.kind == Value::Kind::kInteger) return static_cast<double>(value.integer);
   return value.kind == Value::Kind::kFloat ? value.number : std::nan("");

@@ -1,4 +1,4 @@
-// Role: setup; a table of a TOML file, its keys read by name. Used by config, run, study, campaign,
+// Role: setup; reads the keys of a TOML table by name. Used by config, run, study, campaign,
 // session. Real time: no.
 #pragma once
 
@@ -14,14 +14,13 @@
 
 namespace photocoag {
 
-/// Everything throws Error naming file:line, the key with its path, what was found and what is
-/// accepted. Of a key that is absent: `otherwise`, nothing or an empty list. `table` must outlive
-/// it.
+/// All functions throw Error naming file:line, the key with its path, what was found and what is
+/// accepted. An absent key gives `otherwise`, nothing or an empty list. `table` must outlive this.
 class TableReader {
  public:
-  /// `path` is what its keys are named with: "PATH.KEY"; empty: KEY alone.
+  /// Errors name keys "PATH.KEY"; with an empty `path` KEY alone.
   TableReader(const Value& table, std::string path);
-  /// The same; other keys than these are refused.
+  /// The same; refuses keys other than `keys`.
   TableReader(const Value& table, std::string path, std::initializer_list<std::string_view> keys);
 
   void only(std::initializer_list<std::string_view> keys) const;
@@ -47,7 +46,7 @@ class TableReader {
   std::vector<double> numbers(std::string_view key) const;
   std::vector<TableReader> tables(std::string_view key) const;
 
-  /// Refuses the value of that key.
+  /// Throws Error for the value of that key.
   [[noreturn]] void refuse(std::string_view key, std::string accepted) const;
   void require(bool good, std::string_view key, std::string accepted) const;
 

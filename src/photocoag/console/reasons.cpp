@@ -25,8 +25,7 @@ constexpr Row kRows[] = {
     {SafetyReason::kSampleStale, {"Samples are old, repeated or out of order.", kSignal}},
     {SafetyReason::kSampleStuck, {"The converter's code does not change.", kSignal}},
     {SafetyReason::kSampleSaturated, {"The converter is at its rail.", kSignal}},
-    {SafetyReason::kSampleRejected,
-     {"Samples lie too far from what the emitted power can have caused.", kModel}},
+    {SafetyReason::kSampleRejected, {"Samples are implausible for the emitted power.", kModel}},
     {SafetyReason::kMeasurementNoise,
      {"The measurement's noise is not the calibrated one.", kSignal}},
     {SafetyReason::kPowerReadback, {"The power read back is not the power commanded.", kLaser}},
@@ -54,7 +53,7 @@ constexpr Row kRows[] = {
     {SafetyReason::kSlew, {"The power was lowered to the largest rise allowed.", ""}},
     {SafetyReason::kCoasting, {"The power did not rise without a fresh sample.", ""}},
     {SafetyReason::kSelfTest,
-     {"The self-test failed.", "See to the items marked above, then reset."}},
+     {"The self-test failed.", "Correct the items marked above, then reset."}},
     {SafetyReason::kNotTreating, {"Not treating: 0 W.", ""}},
     {SafetyReason::kCommandLate, {"Commands reach the device late.", kMachine}},
 };

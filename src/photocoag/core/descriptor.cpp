@@ -11,7 +11,7 @@
 namespace photocoag {
 namespace {
 
-// Of some system call for (done, bytes left), until nothing is left; what it got done.
+// Repeats `call`(done, bytes left) until nothing is left or it fails; returns the bytes done.
 template <typename Call>
 std::size_t repeat(std::size_t bytes, Call call) noexcept {
   std::size_t done = 0;

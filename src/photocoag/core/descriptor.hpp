@@ -1,5 +1,5 @@
-// Role: setup; an open file by its number, closed when it goes, and whole reads and writes. Used by
-// core, run, campaign, session, rt. Real time: no.
+// Role: setup; an owned file descriptor with complete reads and writes. Used by core, run,
+// campaign, session, rt. Real time: no.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,13 @@
 
 namespace photocoag {
 
-/// Writes all bytes to an open file. False: errno says why, ENOSPC where nothing more went in.
+/// Writes all bytes to an open file. False: see errno; ENOSPC if a write made no progress.
 bool write_all(int file, const void* data, std::size_t bytes) noexcept;
 
 class Descriptor {
  public:
   Descriptor() = default;
-  /// Below 0: none; errno says why.
+  /// Owns `number`; below 0: none.
   explicit Descriptor(int number) noexcept : number_(number) {}
   Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   Descriptor& operator=(Descriptor&& other) noexcept {
@@ -26,27 +26,28 @@ class Descriptor {
 
   int number() const noexcept { return number_; }
   bool open() const noexcept { return number_ >= 0; }
-  /// False: the system could not; errno says why.
+  /// False: see errno.
   bool close() noexcept;
 
-  /// write_all(), here and at `offset`.
+  /// write_all() at the current position, or at `offset`.
   bool write(const void* data, std::size_t bytes) const noexcept {
     return write_all(number_, data, bytes);
   }
   bool write_at(const void* data, std::size_t bytes, std::uint64_t offset) const noexcept;
-  /// Bytes read, fewer only at the end of the file; below 0: errno says why.
+  /// Bytes read, fewer than `bytes` only at the end of the file; below 0: see errno.
   std::int64_t read_at(void* data, std::size_t bytes, std::uint64_t offset) const noexcept;
-  /// All of them. False: errno says why, EIO at the end of the file.
+  /// Reads all bytes. False: see errno; EIO at the end of the file.
   bool read_all_at(void* data, std::size_t bytes, std::uint64_t offset) const noexcept;
 
-  /// No other process gets this lock until the file is closed. False: another one has it.
+  /// Locks the file until it is closed. False: another process holds the lock. True also on a file
+  /// system without locks.
   bool lock() const noexcept;
 
  private:
   int number_ = -1;
 };
 
-/// Throws Error: "where: what: what errno means".
+/// Throws Error "where: what: text of errno".
 [[noreturn]] void fail_by_errno(const std::string& where, const std::string& what);
 
 }  // namespace photocoag

@@ -73,7 +73,7 @@ fs::path target_of(const std::string& path) {
 }
 
 void write_into(int file, const std::string& path, std::string_view content) {
-  std::fflush(nullptr);  // what was printed before comes before
+  std::fflush(nullptr);  // keep the order of what was printed
   if (!write_all(file, content.data(), content.size())) fail_to_write(path, errno_text());
 }
 

@@ -59,7 +59,7 @@ ClaimedFolder::ClaimedFolder(fs::path folder) : path_(std::move(folder)) {
   lock_ = Descriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!lock_.open()) refuse_to_make(path_, {errno, std::generic_category()});
   if (!lock_.lock()) refuse(path_, "another run has just begun there", "a new or empty folder");
-  check_run_folder(path_);  // whoever held the lock before has written into it
+  check_run_folder(path_);  // a previous holder of the lock may have written into it
 }
 
 ClaimedFolder ClaimedFolder::next_after(const fs::path& base) {

@@ -128,7 +128,7 @@ void SessionJournal::apply(const std::string& line, const Session& session) {
 void SessionJournal::append(const std::string& line) {
   const std::string text = checksum(line) + " " + line + "\n";
   if (!file_.write(text.data(), text.size())) fail_by_errno(name_, "cannot be written");
-  if (fsync(file_.number()) != 0) fail_by_errno(name_, "cannot be brought to the disk");
+  if (fsync(file_.number()) != 0) fail_by_errno(name_, "cannot be flushed to the disk");
 }
 
 double SessionJournal::elapsed() const {

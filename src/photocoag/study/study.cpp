@@ -31,7 +31,7 @@ Claim read_claim(const TableReader& table) {
               .needs = table.text("needs"),
               .expected = table.word("expected", {"holds", "differs", "undecided"}, ""),
               .ours = table.word("whose", {"paper", "ours"}, "paper") == "ours"};
-  // What needs a run that may be missing says what then.
+  // A claim that needs an optional run must say why it cannot be judged without it.
   if (claim.needs.empty() ? claim.holds_if.empty() == claim.cannot_judge.empty()
                           : claim.holds_if.empty() || claim.cannot_judge.empty()) {
     throw Error(ErrorParts{.key = "claim",
