@@ -27,7 +27,6 @@ namespace {
 constexpr int kTreatments = 10;
 constexpr int kRepetitions = 4;  // of each, to the bit
 constexpr std::size_t kCycles = 250;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The device's data in a treatment; replaying them gives the same decisions.
 struct Delivered {

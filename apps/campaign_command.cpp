@@ -32,8 +32,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kExitBadInput = 2;
-
 nlohmann::ordered_json replay_object(const Campaign& campaign, const SpotRecord& record) {
   nlohmann::ordered_json object = {{"spot", record.spot}, {"seed", record.noise_seed}};
   for (std::size_t i = 0; i < campaign.inputs.size(); ++i) {

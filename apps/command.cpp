@@ -9,8 +9,6 @@
 namespace photocoag {
 namespace {
 
-constexpr int kExitBadInput = 2;
-
 std::vector<const Command*>& registered() {
   static std::vector<const Command*> all;
   return all;

@@ -13,6 +13,8 @@
 
 namespace photocoag {
 
+inline constexpr int kExitBadInput = 2;
+
 class Command {
  public:
   /// Gives `command` its options and examples, and a callback that stores the exit code.

@@ -22,7 +22,6 @@ namespace {
 using namespace photocoag;
 
 constexpr int kExitNotPrinted = 1;
-constexpr int kExitBadInput = 2;
 
 // Grouped by purpose, as in --help.
 const std::vector<CommandGroup> kGroups = {

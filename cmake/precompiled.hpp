@@ -1,4 +1,4 @@
-// What nearly every file of libraries and program includes (PHOTOCOAG_PRECOMPILE). None relies on
+// What nearly every file of libraries and program includes (PHOTOCOAG_QUICK_BUILD). None relies on
 // it.
 #include <fmt/format.h>
 

@@ -8,7 +8,6 @@
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kOptimal = 1e-12;   // of normalized inequalities
 constexpr double kPivot = 1e-10;     // least entry to divide by
 constexpr double kRounding = 1e-13;  // of a sum of some 20 terms, with a hundredfold reserve

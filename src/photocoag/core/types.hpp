@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
@@ -16,6 +17,8 @@ namespace photocoag {
 inline constexpr int kMaxOrder = 14;                // states of a reduced model
 inline constexpr int kMaxHorizon = 50;              // N
 inline constexpr int kMaxInputs = kMaxHorizon - 1;  // free powers u_0 … u_{N-2}
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Capacities are rounded up to even numbers of doubles, so that every object is aligned to 16
 // bytes: otherwise the start of Eigen's vectorised sums, and with it the last bit of a result,

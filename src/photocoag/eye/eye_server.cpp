@@ -67,7 +67,7 @@ class Pulses {
 
   /// Waits until the controller requests this pulse, has gone, or has been silent for too long.
   void wait_for_grant(std::uint64_t number) noexcept {
-    constexpr std::int64_t kLook = 20'000;  // ns
+    constexpr std::int64_t kGlance = 20'000;  // ns
     const std::int64_t give_up =
         monotonic_ns() + static_cast<std::int64_t>(options_.lockstep_patience * 1e9);
     for (;;) {
@@ -79,7 +79,7 @@ class Pulses {
       if (!lockstep_ || granted_ > number || !goes_on()) return;
       const std::int64_t now = monotonic_ns();
       if (now > give_up) return set_lockstep(false);
-      wait_until(now + kLook);
+      wait_until(now + kGlance);
     }
   }
 

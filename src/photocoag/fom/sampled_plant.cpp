@@ -15,7 +15,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kNegligible = 1e-15;  // of a mode's own response
-constexpr double kSettled = 40.0;      // 1 - e^-40 is 1 in a double
 
 // Shares of one radial mode's axial modes from `first` on, which follow the power at once.
 PHOTOCOAG_WIDE_VECTORS void add_memoryless(const double* __restrict axial, double radial,

@@ -7,7 +7,7 @@ namespace photocoag {
 namespace {
 
 // Wanted cell size: finest inside [low, high], growing linearly with the distance from it.
-struct CellSize {
+struct GradedSize {
   double low, high, finest, growth, coarsest;
 
   double at(double x) const {
@@ -17,7 +17,7 @@ struct CellSize {
 };
 
 // Faces from 0 to `end`: each cell holds the same share of the integral of 1 / size.
-Axis graded(double end, const CellSize& size, double density) {
+Axis graded(double end, const GradedSize& size, double density) {
   const double step = 0.05 * size.finest;
   const auto samples = static_cast<std::size_t>(std::ceil(end / step));
   std::vector<double> count = {0.0};
@@ -44,16 +44,16 @@ Axis graded(double end, const CellSize& size, double density) {
 Grid make_shared_grid(const BoundaryRange& range, std::size_t min_cells) {
   // As fine as heat spreads within a tenth of a millisecond, 4 um, allows: halving these changes
   // no step response from 1 ms on by more than 0.05 %.
-  const CellSize axial{.low = range.peak_front,
-                       .high = range.peak_back,
-                       .finest = 0.5e-6,
-                       .growth = 0.04,
-                       .coarsest = 40e-6};
-  const CellSize radial{.low = range.spot_low,
-                        .high = range.spot_high,
-                        .finest = 0.8e-6,
-                        .growth = 0.04,
-                        .coarsest = 60e-6};
+  const GradedSize axial{.low = range.peak_front,
+                         .high = range.peak_back,
+                         .finest = 0.5e-6,
+                         .growth = 0.04,
+                         .coarsest = 40e-6};
+  const GradedSize radial{.low = range.spot_low,
+                          .high = range.spot_high,
+                          .finest = 0.8e-6,
+                          .growth = 0.04,
+                          .coarsest = 60e-6};
   for (double density = 0.5;; density *= 1.02) {
     Grid grid{graded(range.domain_radius, radial, density), graded(range.depth, axial, density)};
     if (grid.cells() >= min_cells) return grid;

@@ -11,9 +11,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-// e^-40 < 2^-54: 1 - e^-x is 1 in a double.
-constexpr double kSettled = 40.0;
-
 // The axial modes of one radial mode over one period, added to the profiles over depth.
 PHOTOCOAG_WIDE_VECTORS void advance(double* __restrict state, const double* __restrict decay,
                                     const double* __restrict gain, Index modes, double power,

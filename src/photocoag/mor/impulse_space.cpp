@@ -13,9 +13,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kTimes = 60;
-constexpr double kFirstTime = 1e-6;
-constexpr double kLastTime = 1.0;
+constexpr int kSampledTimes = 60;
+constexpr double kFirstSampled = 1e-6;
+constexpr double kLastSampled = 1.0;
 constexpr double kNegligibleEigenvalue = 1e-13;
 
 // e^(-rate t) for every mode (row) and time (column).
@@ -28,17 +28,18 @@ MatrixXd decays(const VectorXd& rates, const VectorXd& times) {
 class Snapshots {
  public:
   Snapshots(const FullOrderModel& model, const std::vector<AbsorptionFactors>& absorption_factors)
-      : times_(kTimes),
+      : times_(kSampledTimes),
         sources_(model.axial().size(), static_cast<Index>(absorption_factors.size())) {
-    for (Index i = 0; i < kTimes; ++i) {
-      times_[i] = kFirstTime * std::pow(kLastTime / kFirstTime, double(i) / (kTimes - 1));
+    for (Index i = 0; i < kSampledTimes; ++i) {
+      times_[i] =
+          kFirstSampled * std::pow(kLastSampled / kFirstSampled, double(i) / (kSampledTimes - 1));
     }
     for (Index a = 0; a < sources_.cols(); ++a) {
       sources_.col(a) = model.axial_source(absorption_factors[a]);
     }
     radial_ = model.beam().asDiagonal() * decays(model.radial().rates, times_);
     axial_ = decays(model.axial().rates, times_);
-    weights_.resize(kTimes, sources_.cols());
+    weights_.resize(kSampledTimes, sources_.cols());
     const MatrixXd radial_gram = radial_.transpose() * radial_;
     for (Index a = 0; a < sources_.cols(); ++a) {
       const MatrixXd own = sources_.col(a).asDiagonal() * axial_;
@@ -50,7 +51,7 @@ class Snapshots {
     }
   }
 
-  Index count() const { return kTimes * sources_.cols(); }
+  Index count() const { return kSampledTimes * sources_.cols(); }
 
   MatrixXd gram() const {
     const MatrixXd radial_gram = radial_.transpose() * radial_;
@@ -62,8 +63,9 @@ class Snapshots {
             weights_.col(a).asDiagonal() *
             radial_gram.cwiseProduct(axial_.transpose() * product.asDiagonal() * axial_) *
             weights_.col(b).asDiagonal();
-        all.block(a * kTimes, b * kTimes, kTimes, kTimes) = block;
-        all.block(b * kTimes, a * kTimes, kTimes, kTimes) = block.transpose();
+        all.block(a * kSampledTimes, b * kSampledTimes, kSampledTimes, kSampledTimes) = block;
+        all.block(b * kSampledTimes, a * kSampledTimes, kSampledTimes, kSampledTimes) =
+            block.transpose();
       }
     }
     return all;
@@ -71,9 +73,10 @@ class Snapshots {
 
   // Coefficients -> what multiplies the radial parts: times x axial modes.
   MatrixXd axial_factor(const VectorXd& coefficients) const {
-    MatrixXd factor = MatrixXd::Zero(kTimes, axial_.rows());
+    MatrixXd factor = MatrixXd::Zero(kSampledTimes, axial_.rows());
     for (Index a = 0; a < sources_.cols(); ++a) {
-      const VectorXd c = coefficients.segment(a * kTimes, kTimes).cwiseProduct(weights_.col(a));
+      const VectorXd c =
+          coefficients.segment(a * kSampledTimes, kSampledTimes).cwiseProduct(weights_.col(a));
       factor += c * sources_.col(a).transpose();
     }
     return factor.cwiseProduct(axial_.transpose());
@@ -81,10 +84,10 @@ class Snapshots {
 
   // The same for many combinations (columns) and one axial mode: times x combinations.
   MatrixXd axial_factor(const MatrixXd& coefficients, Index mode) const {
-    MatrixXd factor = MatrixXd::Zero(kTimes, coefficients.cols());
+    MatrixXd factor = MatrixXd::Zero(kSampledTimes, coefficients.cols());
     for (Index a = 0; a < sources_.cols(); ++a) {
       factor += (weights_.col(a) * sources_(mode, a)).asDiagonal() *
-                coefficients.middleRows(a * kTimes, kTimes);
+                coefficients.middleRows(a * kSampledTimes, kSampledTimes);
     }
     return axial_.row(mode).transpose().asDiagonal() * factor;
   }

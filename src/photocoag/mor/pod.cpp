@@ -19,19 +19,19 @@ using Eigen::VectorXd;
 // worst error over on/off powers of many dwell times and smallest L1 norm of the impulse response's
 // error, at 1 ms and at 4 ms. The search put nearly all weight on the two ends of the range of
 // alpha. None of these alphas is among those on which the error is measured.
-struct TrainingAlpha {
+struct SnapshotAlpha {
   double value;
   double weight;
 };
-constexpr std::array<TrainingAlpha, 3> kTraining{{{0.295, 4.5}, {0.384, 0.9}, {1.72, 5.5}}};
+constexpr std::array<SnapshotAlpha, 3> kSnapshotAlphas{{{0.295, 4.5}, {0.384, 0.9}, {1.72, 5.5}}};
 
 // Weight of a snapshot at time t: t^0.6 times the exponential of this piecewise linear function of
 // log10 t.
 constexpr std::array<double, 6> kDecadeWeight{-0.25, 1.20, 0.60, 0.79, 0.56, -2.2};
 constexpr double kFirstDecade = -5.0;  // 10 us … 1 s
-constexpr int kTimes = 60;
+constexpr int kSnapshotTimes = 60;
 
-double time_weight(double log10_time) {
+double snapshot_weight(double log10_time) {
   const double position = std::clamp(log10_time - kFirstDecade, 0.0, 5.0);
   const auto below = std::min(static_cast<std::size_t>(position), kDecadeWeight.size() - 2);
   const double fraction = position - static_cast<double>(below);
@@ -44,11 +44,11 @@ double time_weight(double log10_time) {
 
 MatrixXd weighted_impulse_response(const ImpulseSpace& space, const VectorXd& input,
                                    double weight) {
-  MatrixXd snapshots(space.size(), kTimes);
-  for (int i = 0; i < kTimes; ++i) {
-    const double log10_time = kFirstDecade + 5.0 * i / (kTimes - 1);
+  MatrixXd snapshots(space.size(), kSnapshotTimes);
+  for (int i = 0; i < kSnapshotTimes; ++i) {
+    const double log10_time = kFirstDecade + 5.0 * i / (kSnapshotTimes - 1);
     const VectorXd decay = (-space.rates * std::pow(10.0, log10_time)).array().exp();
-    snapshots.col(i) = time_weight(log10_time) * decay.cwiseProduct(input);
+    snapshots.col(i) = snapshot_weight(log10_time) * decay.cwiseProduct(input);
   }
   snapshots *= weight / snapshots.norm();
   return snapshots;
@@ -66,14 +66,16 @@ MatrixXd leading_directions(const MatrixXd& snapshots, int order) {
 
 MatrixXd pod_basis(const FullOrderModel& model, const ImpulseSpace& space, int order,
                    const std::vector<double>& betas) {
-  MatrixXd snapshots(space.size(), kTimes * static_cast<Index>(kTraining.size() * betas.size()));
+  MatrixXd snapshots(space.size(),
+                     kSnapshotTimes * static_cast<Index>(kSnapshotAlphas.size() * betas.size()));
   Index column = 0;
   for (const double beta : betas) {
-    for (const TrainingAlpha& alpha : kTraining) {
+    for (const SnapshotAlpha& alpha : kSnapshotAlphas) {
       const VectorXd input =
           space.axial_source * model.axial_source(AbsorptionFactors{alpha.value, beta});
-      snapshots.middleCols(column, kTimes) = weighted_impulse_response(space, input, alpha.weight);
-      column += kTimes;
+      snapshots.middleCols(column, kSnapshotTimes) =
+          weighted_impulse_response(space, input, alpha.weight);
+      column += kSnapshotTimes;
     }
   }
   return leading_directions(snapshots, order);

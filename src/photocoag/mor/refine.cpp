@@ -184,8 +184,8 @@ struct Parameters {
 };
 
 // Half the sum of squares; with `normal` and `gradient` the Gauss-Newton matrix J'J and J'r.
-double evaluate(const Target& target, const Parameters& p, double gain, double period,
-                Discretization how, MatrixXd* normal, VectorXd* gradient) {
+double cost_of(const Target& target, const Parameters& p, double gain, double period,
+               Discretization how, MatrixXd* normal, VectorXd* gradient) {
   const Index n = p.states();
   const Index terms = p.input.cols();
   const auto count = static_cast<Index>(target.periods.size());
@@ -245,20 +245,20 @@ double refine(const FullOrderModel& full, const ImpulseSpace& space, const Param
   MatrixXd normal;
   VectorXd gradient;
   double damping = 1e-3;
-  double cost = evaluate(target, best, gain, period, how, &normal, &gradient);
+  double cost = cost_of(target, best, gain, period, how, &normal, &gradient);
   for (int iteration = 0; iteration < kMaxIterations && damping < kMaxDamping; ++iteration) {
     MatrixXd damped = normal;
     damped.diagonal() *= 1.0 + damping;
     Parameters trial = best;
     trial.add(-solve_symmetric(damped, gradient));
-    const double trial_cost = evaluate(target, trial, gain, period, how, nullptr, nullptr);
+    const double trial_cost = cost_of(target, trial, gain, period, how, nullptr, nullptr);
     if (!(trial_cost < cost)) {
       damping *= 4.0;
       continue;
     }
     const bool converged = cost - trial_cost < 1e-7 * cost && damping < 1.0;
     best = trial;
-    cost = evaluate(target, best, gain, period, how, &normal, &gradient);
+    cost = cost_of(target, best, gain, period, how, &normal, &gradient);
     damping *= 0.2;
     if (converged) break;
   }

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 constexpr int kModes = 10;
 constexpr double kLongest = 4.0;       // s, of the fitted step response: nearly steady
-constexpr int kTimes = 72;             // log-spaced from one period on
+constexpr int kFittedTimes = 72;       // log-spaced from one period on
 constexpr int kEyesPerTerm = 4;        // fitted to
 constexpr int kCheckedEyes = 200;      // measured on
 constexpr std::uint64_t kFitSeed = 1;  // of the eyes fitted to, and measured on
@@ -315,7 +315,8 @@ UncertainModel fit_uncertain_model(const Tissue& tissue, const GridSettings& gri
   const Tissue middle = tissue_at(tissue, belief.quantities, centre, range.depth);
   const FullOrderModel standing(middle, make_shared_grid(range, grid.min_cells));
 
-  const std::vector<double> times = log_spaced(period, std::max(kLongest, 10.0 * period), kTimes);
+  const std::vector<double> times =
+      log_spaced(period, std::max(kLongest, 10.0 * period), kFittedTimes);
   const auto points_of = [&](std::uint64_t seed, std::size_t count) {
     std::vector<std::vector<double>> points;
     for (std::size_t s = 0; s < count; ++s) {

@@ -10,8 +10,6 @@
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 template <typename Length>
 bool meet_as(Length length, const PlanData& data, double* u) noexcept {
   const int n = length;

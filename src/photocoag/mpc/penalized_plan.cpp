@@ -10,7 +10,6 @@
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kCapacity = even(kMaxInputs);
 
 // A generator below the first: H / 2 = … + weight L(values) L(values)'.
@@ -105,8 +104,8 @@ bool minimize_as(Length length, const PlanData& data, const PlanPenalties& penal
 }
 
 template <typename Length>
-double residual_as(Length length, const PlanData& data, const PlanPenalties& penalties,
-                   const double* __restrict u) noexcept {
+double penalized_residual_as(Length length, const PlanData& data, const PlanPenalties& penalties,
+                             const double* __restrict u) noexcept {
   const int n = length;
   double response[kCapacity];
   double backwards[kCapacity];
@@ -155,8 +154,8 @@ bool minimize_penalized(const PlanData& data, const PlanPenalties& penalties, do
 
 double penalized_residual(const PlanData& data, const PlanPenalties& penalties,
                           const double* u) noexcept {
-  return for_length<1, 4, 9>(data.stages,
-                             [&](auto length) { return residual_as(length, data, penalties, u); });
+  return for_length<1, 4, 9>(
+      data.stages, [&](auto length) { return penalized_residual_as(length, data, penalties, u); });
 }
 
 }  // namespace photocoag

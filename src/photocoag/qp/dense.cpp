@@ -7,18 +7,14 @@
 #include "photocoag/qp/kkt.hpp"
 #include "photocoag/qp/single.hpp"
 #include "photocoag/qp/sums.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // All relative. Rounding in n' u is some 1e-15 of the row's scale for 49 inputs.
-constexpr double kViolated = 1e-13;    // a constraint counts as violated: two orders above rounding
 constexpr double kWide = 10.0;         // a box counts as at most this many times larger than u
-constexpr double kFeasible = 1e-9;     // rows that cannot be met better than this are infeasible
 constexpr double kNegligible = 1e-12;  // components of r that may be rounding errors
-constexpr double kSharp = 1e-14;       // KKT residual of an answer that needs no refinement
 
 // Leading zeros of a column, in multiples of four: rows of a plan do not depend on later inputs.
 int leading_zeros(const double* column, int m) noexcept {

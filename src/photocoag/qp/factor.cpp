@@ -5,12 +5,12 @@
 
 #include "photocoag/core/fixed_length.hpp"
 #include "photocoag/qp/sums.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kPivot = 1e-14;  // a pivot over the diagonal: below, H is not definite
-constexpr int kBlock = 4;         // columns that are eliminated together
+constexpr int kBlock = 4;  // columns that are eliminated together
 
 }  // namespace
 

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "photocoag/core/fixed_length.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kStationary = 1e-11;  // of the terms that cancel; 1e-15 is usual
-constexpr double kFeasible = 1e-9;     // as far as rows may be relaxed by DenseSolver
 
 // max(worst, value), but infinity for NaN, and that stays.
 double worse(double worst, double value) noexcept {

@@ -38,7 +38,6 @@ double inner_residual(const QpProblem& problem, const double* u) noexcept;
 
 /// The same for one input and one row.
 inline double inner_residual_single(const QpProblem& problem, double u) noexcept {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double gradient = *problem.gradient.data();
   const double lower = *problem.lower.data();
   const double upper = *problem.upper.data();

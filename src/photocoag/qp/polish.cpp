@@ -4,17 +4,15 @@
 #include <cmath>
 
 #include "photocoag/qp/kkt.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPivot = 1e-14;  // Cholesky pivot over the diagonal: below, H is not definite
 constexpr double kRegularization = 1e-10;  // of the Schur complement, whose diagonal is 1
 constexpr int kRounds = 10;                // of correcting the active set
-constexpr double kViolated = 1e-13;        // of a constraint's terms: above rounding
 constexpr int kSteps = 6;  // of refinement, which removes the effect of the regularization
-constexpr double kNegligible = 1e-10;  // a multiplier over the objective's terms: rounding
+constexpr double kRoundedMultiplier = 1e-10;  // a multiplier over the objective's terms: rounding
 
 // L of A = L L', in place in the lower triangle of n columns of length `stride`.
 bool cholesky(double* a, int n, int stride) noexcept {
@@ -158,7 +156,7 @@ void Polisher::find_active(const QpProblem& problem, const QpSolution& solution)
   count_ = 0;
   for (int c = 0; c < n_ + m; ++c) {
     const bool fixed = c < n_ && problem.lower(c) == problem.upper(c);
-    if (!(size[c] > kNegligible * energy) && !fixed) continue;
+    if (!(size[c] > kRoundedMultiplier * energy) && !fixed) continue;
     const double multiplier =
         c < n_ ? solution.bound_multiplier(c) : solution.row_multiplier(c - n_);
     const double sign = multiplier < 0.0 ? -1.0 : 1.0;

@@ -8,8 +8,6 @@
 namespace photocoag {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 template <typename Matrix>
 bool all_finite(const Matrix& matrix) noexcept {
   const double* data = matrix.data();

@@ -5,12 +5,10 @@
 #include <limits>
 
 #include "photocoag/qp/kkt.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSharp = 1e-14;  // KKT residual, as for DenseSolver's unrefined answers
 
 // One input and one row, as for N = 2: the unconstrained minimizer, if feasible. Same arithmetic as
 // HessianFactor.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kAnswerWithin = 5000;  // ms, of the handshake
 
-[[noreturn]] void refuse(const std::string& socket, const std::string& problem,
+[[noreturn]] void refuse_eye(const std::string& socket, const std::string& problem,
                          const std::string& accepted) {
   throw Error(ErrorParts{.where = "eye " + socket, .problem = problem, .accepted = accepted});
 }
@@ -76,7 +76,7 @@ EyeLink::EyeLink(const std::string& socket, EyeTransport transport, std::int64_t
   const std::int64_t pulse_ns = ask_pulse_period(connection.get());
   if (pulse_ns <= 0 || period_ns % pulse_ns != 0 ||
       period_ns / pulse_ns > std::int64_t{kMostPulsesPerPeriod}) {
-    refuse(socket, fmt::format("it pulses every {} ns", pulse_ns),
+    refuse_eye(socket, fmt::format("it pulses every {} ns", pulse_ns),
            fmt::format("a whole fraction of the control period, {} ns", period_ns));
   }
   per_period_ = static_cast<std::uint64_t>(period_ns / pulse_ns);
@@ -97,16 +97,16 @@ EyeLink::EyeLink(const std::string& socket, EyeTransport transport, std::int64_t
                         welcome_.kind == EyeMessageKind::kWelcome &&
                         welcome_.pulse_period_ns == pulse_ns;
   if (!welcomed) {
-    refuse(socket, "another controller is attached, or it is no eye",
+    refuse_eye(socket, "another controller is attached, or it is no eye",
            "one controller at a time, and the same version");
   }
   if (!shared) own_ = make_private<EyeSharedMemory>();
   if (shared && !(same_version(seen_) && same_version(orders_))) {
-    refuse(socket, "it shares no memory of an eye", "sealed memory of the same version");
+    refuse_eye(socket, "it shares no memory of an eye", "sealed memory of the same version");
   }
   memory_ = shared ? seen_.get() : own_.get();
   if (!believable(welcome_, *memory_)) {
-    refuse(socket, "its clock is not plausible", "an eye on this machine's monotonic clock");
+    refuse_eye(socket, "its clock is not plausible", "an eye on this machine's monotonic clock");
   }
   socket_ = connection.release();
 }
@@ -200,7 +200,7 @@ std::string tell_eye(const std::string& socket, const std::string& text) {
   send_message(connection.get(), text.data(), text.size());
   std::string answer(4096, '\0');
   const long got = receive_message(connection.get(), answer.data(), answer.size(), kAnswerWithin);
-  if (got <= 0) refuse(socket, "it does not answer", "an eye that runs");
+  if (got <= 0) refuse_eye(socket, "it does not answer", "an eye that runs");
   answer.resize(static_cast<std::size_t>(got));
   return answer;
 }
@@ -214,7 +214,7 @@ Mapped<const EyeSharedMemory> observe_eye(const std::string& socket) {
   receive_message(connection.get(), answer.data(), answer.size(), kAnswerWithin, descriptor);
   Mapped<EyeSharedMemory> memory = map_sealed<EyeSharedMemory>(descriptor[0], Access::kRead);
   if (!same_version(memory)) {
-    refuse(socket, "it cannot be observed", "an eye that runs, of the same version");
+    refuse_eye(socket, "it cannot be observed", "an eye that runs, of the same version");
   }
   return {memory.release(), Unmap{sizeof(EyeSharedMemory)}};
 }

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW;
 
-[[noreturn]] void refuse(int descriptor) {
+[[noreturn]] void refuse_memory(int descriptor) {
   const int reason = errno;
   if (descriptor >= 0) close(descriptor);
   throw Error(ErrorParts{
@@ -32,14 +32,15 @@ constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW;
 
 void* make_sealed(std::size_t size, Access others, int& descriptor) {
   descriptor = memfd_create("photocoag-eye", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-  if (descriptor < 0 || ftruncate(descriptor, static_cast<off_t>(size)) != 0) refuse(descriptor);
+  if (descriptor < 0 || ftruncate(descriptor, static_cast<off_t>(size)) != 0)
+    refuse_memory(descriptor);
   void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
-  if (memory == MAP_FAILED) refuse(descriptor);
+  if (memory == MAP_FAILED) refuse_memory(descriptor);
   // This mapping stays writable; no later one is.
   const int seals = kSizeSeals | F_SEAL_SEAL | (others == Access::kRead ? F_SEAL_FUTURE_WRITE : 0);
   if (fcntl(descriptor, F_ADD_SEALS, seals) != 0) {
     munmap(memory, size);
-    refuse(descriptor);
+    refuse_memory(descriptor);
   }
   return memory;
 }
@@ -58,7 +59,7 @@ void* map_sealed(int descriptor, std::size_t size, Access access) noexcept {
 
 void* map_private(std::size_t size) {
   void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) refuse(-1);
+  if (memory == MAP_FAILED) refuse_memory(-1);
   return memory;
 }
 
