@@ -16,6 +16,7 @@
 #include "photocoag/campaign/table_statistics.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/core/random.hpp"
+#include "photocoag/core/types.hpp"
 #include "photocoag/population/statistics.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/thrown.hpp"
@@ -96,7 +97,6 @@ std::vector<SpotRecord> records(std::size_t count, auto&& value) {
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Every kind of column: both signs over many magnitudes, ties, zeros, values that are none.
 double awkward(std::size_t row, std::size_t column) {

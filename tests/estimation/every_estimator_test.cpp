@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "estimation/test_models.hpp"
+#include "photocoag/core/types.hpp"
 #include "photocoag/estimation/estimator.hpp"
 #include "support/heap_guard.hpp"
 
@@ -15,7 +16,6 @@ namespace photocoag::testing {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <typename E>
 bool same_bits(const E& a, const E& b) {

@@ -7,13 +7,13 @@
 #include <limits>
 
 #include "photocoag/core/random.hpp"
+#include "photocoag/core/types.hpp"
 #include "photocoag/loop/gate.hpp"
 
 namespace photocoag {
 namespace {
 
 constexpr double kMax = 0.1;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // A pure function: it can be evaluated by the compiler.

@@ -1,6 +1,7 @@
 // The plan that meets the reference at every stage: it is what `dense` finds where nothing binds,
 // and its check passes nothing else.
 #include "photocoag/mpc/deadbeat.hpp"
+#include "photocoag/core/types.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,6 @@
 namespace photocoag::testing {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Mpc = ModelPredictiveController<DenseSolver>;

@@ -1,5 +1,6 @@
 // The plan with penalties where nothing binds: it is what `dense` finds there, and its check passes
 // nothing else.
+#include "photocoag/core/types.hpp"
 #include "photocoag/mpc/penalized_plan.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,6 @@
 namespace photocoag::testing {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using Mpc = ModelPredictiveController<DenseSolver>;

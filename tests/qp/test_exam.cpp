@@ -7,6 +7,7 @@
 #include <memory>
 
 #if PHOTOCOAG_HAS_OSQP
+#include "photocoag/core/types.hpp"
 #include "photocoag/osqp/condensed.hpp"
 #endif
 #include "photocoag/qp/dense.hpp"
@@ -16,7 +17,6 @@
 namespace photocoag::qp_exam {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Solver>

@@ -1,4 +1,5 @@
 #include "photocoag/tissue/tissue.hpp"
+#include "photocoag/core/types.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,6 @@ namespace {
 using testing::thrown_by;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void table(Tissue& tissue, std::vector<double> radii, std::vector<double> intensities) {
   tissue.beam = BeamProfile::kTable;

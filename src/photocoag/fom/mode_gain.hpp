@@ -10,7 +10,7 @@
 namespace photocoag {
 
 /// Beyond this exponent 1 - e^-x is 1 in a double: e^-40 < 2^-54.
-inline constexpr double kSettled = 40.0;
+inline constexpr double kSettledExponent = 40.0;
 
 /// x' = -rate * x + u over one period: x becomes decay * x + gain * u.
 struct ModeGain {

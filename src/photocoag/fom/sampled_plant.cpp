@@ -103,7 +103,8 @@ SampledPlant::SampledPlant(const FullOrderModel& model, Discretization discretiz
   Index modes = axial.size();
   for (Index i = 0; i < radial.size(); ++i) {
     // Rates ascend: the modes with memory come first, and are fewer from one i to the next.
-    while (exact && modes > 0 && (radial[i] + axial[modes - 1]) * period > kSettled) --modes;
+    while (exact && modes > 0 && (radial[i] + axial[modes - 1]) * period > kSettledExponent)
+      --modes;
     const std::size_t at = state.size();
     start[static_cast<std::size_t>(i)] = at;
     active[static_cast<std::size_t>(i)] = modes;

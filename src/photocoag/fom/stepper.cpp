@@ -53,8 +53,8 @@ void ModalStepper::prepare() {
     for (Index j = 0; j < axial.size(); ++j) {
       const double rate = radial[i] + axial[j];
       // Past that the decay vanishes in double precision: the gain is 1 / rate to the last bit.
-      const bool settled =
-          !memory && discretization_ == Discretization::kZeroOrderHold && rate * period_ > kSettled;
+      const bool settled = !memory && discretization_ == Discretization::kZeroOrderHold &&
+                           rate * period_ > kSettledExponent;
       const ModeGain mode =
           settled ? ModeGain{0.0, 1.0 / rate} : mode_gain(discretization_, rate, period_);
       // TR-BDF2's decay factor changes its sign on the way to 0: all of its modes count.

@@ -5,11 +5,10 @@
 #include <exception>
 
 #include "photocoag/core/linear_algebra.hpp"
+#include "photocoag/qp/tolerances.hpp"
 
 namespace photocoag {
 namespace {
-
-constexpr double kPivot = 1e-14;  // as in DenseSolver: below, H is not definite
 
 // `least` becomes the least squared pivot if that is smaller.
 bool positive_definite(const InputMatrix& hessian, double& least) noexcept {

@@ -53,37 +53,37 @@ void ErrorCertificate::validate() const {
   const auto descending = std::adjacent_find(absorption_factors.begin(), absorption_factors.end(),
                                              std::greater_equal<>());
   trust(nodes >= 2 && not_negative(absorption_factors) && descending == absorption_factors.end(),
-         "absorption_factors", "at least two, ascending");
+        "absorption_factors", "at least two, ascending");
   trust(!decay.empty() && decay.size() <= kMaxMajorantTerms && not_negative(decay) &&
-             *std::max_element(decay.begin(), decay.end()) < 1.0,
-         "decay", fmt::format("1 to {} numbers from 0 to below 1", kMaxMajorantTerms));
+            *std::max_element(decay.begin(), decay.end()) < 1.0,
+        "decay", fmt::format("1 to {} numbers from 0 to below 1", kMaxMajorantTerms));
   trust(std::isfinite(treatment_duration) && treatment_duration >= 0.0, "treatment_duration_s",
-         "not negative");
+        "not negative");
   trust(std::isfinite(tail_relative) && tail_relative >= 0.0, "tail_relative", "not negative");
   for (const auto& [name, output] : {std::pair("peak", &peak), std::pair("volume", &volume)}) {
     trust(output->bound.size() == nodes && output->relative.size() == nodes &&
-               output->treatment_bound.size() == nodes &&
-               output->treatment_relative.size() == nodes && output->sum.size() == nodes &&
-               output->scale.size() == nodes && output->majorant.size() == decay.size(),
-           name, "one number of each kind per node, one majorant per decay");
+              output->treatment_bound.size() == nodes &&
+              output->treatment_relative.size() == nodes && output->sum.size() == nodes &&
+              output->scale.size() == nodes && output->majorant.size() == decay.size(),
+          name, "one number of each kind per node, one majorant per decay");
     trust(not_negative(output->bound) && not_negative(output->relative) &&
-               not_negative(output->treatment_bound) && not_negative(output->treatment_relative) &&
-               not_negative(output->sum) && not_negative(output->scale) &&
-               not_negative(output->majorant),
-           name, "finite numbers, not negative");
+              not_negative(output->treatment_bound) && not_negative(output->treatment_relative) &&
+              not_negative(output->sum) && not_negative(output->scale) &&
+              not_negative(output->majorant),
+          name, "finite numbers, not negative");
     // No model of a few states is exact; the bound for both signs is at least that for one sign,
     // and that of a treatment at most.
     for (std::size_t i = 0; i < nodes; ++i) {
       constexpr double kRounding = 1.0 + 1e-9;
       trust(output->bound[i] > 0.0 && output->scale[i] > 0.0 && output->relative[i] > 0.0 &&
-                 output->bound[i] <= kRounding * output->sum[i] &&
-                 output->treatment_bound[i] <= kRounding * output->bound[i],
-             name,
-             "bounds above 0: of a treatment, of any length, of powers of both signs, in this "
-             "order");
+                output->bound[i] <= kRounding * output->sum[i] &&
+                output->treatment_bound[i] <= kRounding * output->bound[i],
+            name,
+            "bounds above 0: of a treatment, of any length, of powers of both signs, in this "
+            "order");
     }
     trust(*std::max_element(output->majorant.begin(), output->majorant.end()) > 0.0, name,
-           "a majorant above 0");
+          "a majorant above 0");
   }
 }
 

@@ -20,7 +20,7 @@ namespace {
 constexpr int kAnswerWithin = 5000;  // ms, of the handshake
 
 [[noreturn]] void refuse_eye(const std::string& socket, const std::string& problem,
-                         const std::string& accepted) {
+                             const std::string& accepted) {
   throw Error(ErrorParts{.where = "eye " + socket, .problem = problem, .accepted = accepted});
 }
 
@@ -77,7 +77,7 @@ EyeLink::EyeLink(const std::string& socket, EyeTransport transport, std::int64_t
   if (pulse_ns <= 0 || period_ns % pulse_ns != 0 ||
       period_ns / pulse_ns > std::int64_t{kMostPulsesPerPeriod}) {
     refuse_eye(socket, fmt::format("it pulses every {} ns", pulse_ns),
-           fmt::format("a whole fraction of the control period, {} ns", period_ns));
+               fmt::format("a whole fraction of the control period, {} ns", period_ns));
   }
   per_period_ = static_cast<std::uint64_t>(period_ns / pulse_ns);
   const EyeHello hello{.pulses_per_period = static_cast<std::uint32_t>(per_period_),
@@ -98,7 +98,7 @@ EyeLink::EyeLink(const std::string& socket, EyeTransport transport, std::int64_t
                         welcome_.pulse_period_ns == pulse_ns;
   if (!welcomed) {
     refuse_eye(socket, "another controller is attached, or it is no eye",
-           "one controller at a time, and the same version");
+               "one controller at a time, and the same version");
   }
   if (!shared) own_ = make_private<EyeSharedMemory>();
   if (shared && !(same_version(seen_) && same_version(orders_))) {
