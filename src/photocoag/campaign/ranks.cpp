@@ -96,14 +96,6 @@ std::optional<Ranks::Message> Ranks::receive() {
   return message;
 }
 
-bool Ranks::any(bool flag) {
-  if (size_ == 1) return flag;
-  int mine = flag ? 1 : 0;
-  int all = 0;
-  MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_LOR, MPI_COMM_WORLD);
-  return all != 0;
-}
-
 void Ranks::abort(int exit_code) {
   if (started_) MPI_Abort(MPI_COMM_WORLD, exit_code);
   std::_Exit(exit_code);
@@ -120,7 +112,6 @@ Ranks::Ranks() {
 Ranks::~Ranks() = default;
 void Ranks::send(int, Tag, const std::vector<double>&) {}
 std::optional<Ranks::Message> Ranks::receive() { return {}; }
-bool Ranks::any(bool flag) { return flag; }
 void Ranks::abort(int exit_code) { std::_Exit(exit_code); }
 
 #endif

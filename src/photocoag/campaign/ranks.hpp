@@ -31,8 +31,6 @@ class Ranks {
   void send(int to, Tag tag, const std::vector<double>& values);
   /// A message that has arrived, if any.
   std::optional<Message> receive();
-  /// Every rank's flag, or-ed; all ranks must call it.
-  bool any(bool flag);
   /// Ends all ranks at once: after an error on one of them.
   [[noreturn]] void abort(int exit_code);
 

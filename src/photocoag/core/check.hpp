@@ -9,10 +9,4 @@ namespace photocoag {
 void require(bool ok, std::string_view key, double found, std::string_view accepted);
 void require(bool ok, std::string_view key, std::string_view found, std::string_view accepted);
 
-/// Throws unless `value` is finite and low <= value <= high.
-void require_between(double value, double low, double high, std::string_view key);
-
-/// Throws unless `value` is finite and 0 < value <= high.
-void require_positive(double value, double high, std::string_view key);
-
 }  // namespace photocoag

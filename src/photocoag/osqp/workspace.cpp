@@ -210,8 +210,5 @@ void OsqpWorkspace::forget() noexcept {
 
 const double* OsqpWorkspace::x() const noexcept { return handle_->work->solution->x; }
 const double* OsqpWorkspace::y() const noexcept { return handle_->work->solution->y; }
-double OsqpWorkspace::residual() const noexcept {
-  return std::max(handle_->work->info->pri_res, handle_->work->info->dua_res);
-}
 
 }  // namespace photocoag

@@ -91,8 +91,6 @@ class OsqpWorkspace {
   const double* y() const noexcept;
   /// Of the last solve() and the refine() after it.
   int iterations() const noexcept { return iterations_; }
-  /// The larger of OSQP's primal and dual residuals, which it compares with its tolerances.
-  double residual() const noexcept;
 
  private:
   struct Handle;

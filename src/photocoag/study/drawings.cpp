@@ -1,6 +1,7 @@
 // The figures of studies.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -16,18 +17,11 @@ Dash dash_of(const std::string& name) {
   return name == "dotted" ? Dash::kDotted : Dash::kSolid;
 }
 
-const RunResult* find(const std::vector<RunResult>& results, const std::string& id) {
-  for (const RunResult& result : results) {
-    if (result.id == id) return &result;
-  }
-  return nullptr;
-}
-
 Figure column_figure(const StudyOutcome& outcome, const StudyColumn& column) {
   std::vector<OverlayCurve> curves;
   for (const StudyRun& run : outcome.study.runs) {
     if (run.column != column.id) continue;
-    curves.push_back(overlay_curve(run.label, *find(outcome.results, run.id)));
+    curves.push_back(overlay_curve(run.label, run_of(outcome.results, run.id)));
     curves.back().ink = static_cast<Ink>(run.ink - 1);
     curves.back().dash = dash_of(run.dash);
   }
@@ -36,7 +30,7 @@ Figure column_figure(const StudyOutcome& outcome, const StudyColumn& column) {
   for (const StudyRun& run : outcome.study.runs) {
     if (outcome.study.difference_from.empty() || run.column != column.id) continue;
     if (!run.id.ends_with(outcome.study.difference_from)) continue;
-    view.against = overlay_curve(run.label, *find(outcome.results, run.id));
+    view.against = overlay_curve(run.label, run_of(outcome.results, run.id));
   }
   Figure figure = overlay_figure(curves, view);
   figure.description =
@@ -64,9 +58,9 @@ Figure timing_figure(const StudyOutcome& outcome) {
           const PaperTime paper = paper_time(horizon);
           us = 1e3 * (maximum ? paper.maximum_ms : paper.average_ms);
         } else {
-          const RunResult* run = find(outcome.results, fmt::format("{}_n{}", solver, horizon));
-          us = statistic_of("median",
-                            run->measures.at(maximum ? "solve_worst_us" : "solve_mean_us"));
+          const RunResult& run = run_of(outcome.results, fmt::format("{}_n{}", solver, horizon));
+          us =
+              statistic_of("median", run.measures.at(maximum ? "solve_worst_us" : "solve_mean_us"));
         }
         line.x.push_back(horizon);
         line.y.push_back(us);
@@ -76,9 +70,10 @@ Figure timing_figure(const StudyOutcome& outcome) {
   };
   add("the paper's OSQP", Ink::kMuted);
   add("dense", Ink::kSeries1);
-  if (find(outcome.results, fmt::format("osqp_n{}", outcome.study.horizons.front())) != nullptr) {
-    add("osqp", Ink::kSeries2);
-  }
+  const std::string with_osqp = fmt::format("osqp_n{}", outcome.study.horizons.front());
+  const bool has_osqp = std::any_of(outcome.results.begin(), outcome.results.end(),
+                                    [&](const RunResult& run) { return run.id == with_osqp; });
+  if (has_osqp) add("osqp", Ink::kSeries2);
   figure.panels = {std::move(panel)};
   return figure;
 }
@@ -90,7 +85,7 @@ std::string data_csv(const StudyOutcome& outcome, const std::string& column) {
       "power_reference_mW,absorption_estimate\n";
   for (const StudyRun& run : outcome.study.runs) {
     if (run.column != column) continue;
-    const RunResult& result = *find(outcome.results, run.id);
+    const RunResult& result = run_of(outcome.results, run.id);
     for (std::size_t s = 0; s < result.trajectories.size(); ++s) {
       const Trajectory& t = result.trajectories[s];
       for (std::size_t k = 0; k < t.time_ms.size(); ++k) {

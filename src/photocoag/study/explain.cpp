@@ -92,11 +92,6 @@ std::vector<Levels> combinations(const Explanation& study) {
   return all;
 }
 
-const RunResult& run_of(const std::vector<RunResult>& results, std::string_view id) {
-  return *std::find_if(results.begin(), results.end(),
-                       [id](const RunResult& run) { return run.id == id; });
-}
-
 double median_of(const RunResult& run, const char* measure) {
   return statistic_of("median", run.measures.at(measure));
 }

@@ -17,11 +17,6 @@ namespace {
 
 constexpr int kOtherSeeds = 1000;  // than those of the search
 
-const RunResult& run_of(const std::vector<RunResult>& results, std::string_view id) {
-  return *std::find_if(results.begin(), results.end(),
-                       [id](const RunResult& run) { return run.id == id; });
-}
-
 // Middle of the sample's window behind the power, beyond what the estimator is told.
 double unknown_lag(const Config& config) {
   const auto middle = [](const IntersampleTiming& timing) {

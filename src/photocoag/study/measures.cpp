@@ -56,13 +56,6 @@ double difference(const std::string& measure, const Trajectory& a, const Traject
                                      "power_rms_difference_mW, absorption_rms_difference"});
 }
 
-const RunResult& find(const std::vector<RunResult>& results, const std::string& id) {
-  for (const RunResult& result : results) {
-    if (result.id == id) return result;
-  }
-  throw Error(ErrorParts{.problem = "no such run in the study", .found = id});
-}
-
 }  // namespace
 
 std::map<std::string, double> measure(const Config& config, const Trajectory& loop) {
@@ -140,11 +133,18 @@ std::map<std::string, double> measure(const Config& config, const Trajectory& lo
   return out;
 }
 
+const RunResult& run_of(const std::vector<RunResult>& results, std::string_view id) {
+  for (const RunResult& result : results) {
+    if (result.id == id) return result;
+  }
+  throw Error(ErrorParts{.problem = "no such run in the study", .found = std::string(id)});
+}
+
 MeasureSource measures_of(const std::vector<RunResult>& results) {
   return [&results](const Term& term) {
-    const RunResult& run = find(results, term.run);
+    const RunResult& run = run_of(results, term.run);
     if (!term.other.empty()) {
-      const RunResult& other = find(results, term.other);
+      const RunResult& other = run_of(results, term.other);
       std::vector<double> values;
       for (std::size_t s = 0; s < run.trajectories.size(); ++s) {
         values.push_back(difference(term.measure, run.trajectories[s], other.trajectories.at(s)));

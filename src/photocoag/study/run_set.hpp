@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "photocoag/config/config.hpp"
@@ -65,6 +66,9 @@ Trajectory run_once(const Config& config, const EyeModels& models, std::uint64_t
 
 /// Every measure of one trajectory (docs/studies.md lists them).
 std::map<std::string, double> measure(const Config& config, const Trajectory& trajectory);
+
+/// Throws Error if there is none of this id.
+const RunResult& run_of(const std::vector<RunResult>& results, std::string_view id);
 
 /// Looks terms of predicates up, differences of two runs included. `results` must outlive it.
 MeasureSource measures_of(const std::vector<RunResult>& results);
