@@ -18,7 +18,7 @@ std::string words_of(const Config& config, const DeviceAddress& place) {
     return config.plant.model == PlantModel::kFull ? "simulated eye, full order"
                                                    : "simulated eye, reduced model";
   }
-  if (!place.eye()) return "driver " + place.path;
+  if (!place.eye()) return std::string(word_of(place)) + ' ' + place.path;
   return place.own_process ? "simulated eye in a process of its own"
                            : "simulated eye at " + place.path;
 }

@@ -215,12 +215,7 @@ const Command kTreat(
     "treat", "treat a simulated eye in real time (the main job); writes a run folder with a report",
     treat, [](CommandLine& command, RunOptions& options) {
       add_run(command, options);
-      command
-          .add_option("--device", options.device,
-                      "eye: a simulated eye in a process of its own, started for this treatment; "
-                      "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
-                      "driver:LIBRARY[,SETTINGS]: a vendor's driver")
-          .type_name("DEVICE");
+      command.add_option("--device", options.device, kDeviceHelp).type_name("DEVICE");
       command
           .add_option("--fault", options.faults,
                       "with --device eye: ID@cycle[+count][*value] of docs/devices.md, or a file")

@@ -18,6 +18,13 @@ std::size_t end_of_library(const std::string& text) {
   return text.find(',');
 }
 
+const DeviceWord* row_of(const DeviceAddress& place) noexcept {
+  for (const DeviceWord& row : kDeviceWords) {
+    if (row.kind == place.kind) return &row;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 DeviceAddress parse_device(const std::string& text) {
@@ -26,14 +33,17 @@ DeviceAddress parse_device(const std::string& text) {
   const auto* word = std::find_if(
       kDeviceWords.begin(), kDeviceWords.end(),
       [name = text.substr(0, colon)](const DeviceWord& one) { return one.word == name; });
-  const bool known = word != kDeviceWords.end();
-  const bool no_path = rest.empty() || rest.front() == ',';
-  if (!known || (word->library ? no_path : rest.empty() && colon != std::string::npos)) {
+  const auto fits = [&] {
+    using Path = DeviceWord::Path;
+    if (word->path == Path::kOptional && colon == std::string::npos) return true;
+    return !rest.empty() && !(word->path == Path::kLibrary && rest.front() == ',');
+  };
+  if (word == kDeviceWords.end() || !fits()) {
     throw Error(
         ErrorParts{.where = "--device", .found = text, .accepted = std::string(kDeviceForms)});
   }
   DeviceAddress address{.kind = word->kind, .own_process = rest.empty(), .path = std::move(rest)};
-  if (word->library) {
+  if (word->path == DeviceWord::Path::kLibrary) {
     const std::size_t comma = end_of_library(address.path);
     if (comma < address.path.size()) {
       address.settings = address.path.substr(comma + 1);
@@ -44,10 +54,20 @@ DeviceAddress parse_device(const std::string& text) {
 }
 
 Use use_of(const DeviceAddress& place) noexcept {
-  for (const DeviceWord& word : kDeviceWords) {
-    if (word.kind == place.kind) return word.use;
-  }
+  if (const DeviceWord* row = row_of(place)) return row->use;
   return place.kind == DeviceAddress::Kind::kPaced ? Use::kTreat : Use::kSimulate;
+}
+
+std::string_view word_of(const DeviceAddress& place) noexcept {
+  const DeviceWord* row = row_of(place);
+  return row != nullptr ? row->word : std::string_view();
+}
+
+std::string describe(const DeviceAddress& place) {
+  const DeviceWord* row = row_of(place);
+  if (row == nullptr) return {};
+  std::string text(row->described);
+  return row->path == DeviceWord::Path::kOptional ? text : text + ", " + place.path;
 }
 
 }  // namespace photocoag

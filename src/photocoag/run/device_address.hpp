@@ -35,20 +35,33 @@ struct DeviceAddress {
 /// The simulated eye of this process as fast as it can.
 inline DeviceAddress virtual_eye() { return {.kind = DeviceAddress::Kind::kVirtual}; }
 
-/// A device's word in WORD[:PATH[,SETTINGS]], and the use of the configuration for it.
+/// A device's word, WORD[:PATH[,SETTINGS]], and what is to be known of it before it is opened.
 struct DeviceWord {
+  enum class Path : std::uint8_t {
+    kOptional,
+    kNeeded,
+    kLibrary
+  };  ///< settings may follow the last
   std::string_view word;
   DeviceAddress::Kind kind;
-  Use use;
-  bool library = false;  ///< it needs a path, and settings may follow
+  Use use;  ///< of the configuration
+  Path path;
+  std::string_view described;  ///< in the log; a path that is needed follows
 };
 inline constexpr std::array kDeviceWords{
-    DeviceWord{"eye", DeviceAddress::Kind::kEye, Use::kTreatEye},
-    DeviceWord{"eye+socket", DeviceAddress::Kind::kEyeOverSocket, Use::kTreatEye},
-    DeviceWord{"driver", DeviceAddress::Kind::kDriver, Use::kTreatDriver, true},
+    DeviceWord{"eye", DeviceAddress::Kind::kEye, Use::kTreatEye, DeviceWord::Path::kOptional,
+               "eye, shared memory"},
+    DeviceWord{"eye+socket", DeviceAddress::Kind::kEyeOverSocket, Use::kTreatEye,
+               DeviceWord::Path::kOptional, "eye, socket"},
+    DeviceWord{"driver", DeviceAddress::Kind::kDriver, Use::kTreatDriver,
+               DeviceWord::Path::kLibrary, "driver"},
 };
 inline constexpr std::string_view kDeviceForms =
     "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]";
+inline constexpr const char* kDeviceHelp =
+    "eye: a simulated eye in a process of its own, started for this treatment; "
+    "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
+    "driver:LIBRARY[,SETTINGS]: a vendor's driver";
 
 /// kDeviceForms. LIBRARY is the longest part up to a comma that is a file: its path may contain
 /// commas. Throws Error naming --device.
@@ -56,6 +69,12 @@ DeviceAddress parse_device(const std::string& text);
 
 /// The use of the configuration on that device.
 Use use_of(const DeviceAddress& place) noexcept;
+
+/// Of `--device`; empty for the simulated eye of this process.
+std::string_view word_of(const DeviceAddress& place) noexcept;
+
+/// The device's name in the log; empty: the simulated eye of this process.
+std::string describe(const DeviceAddress& place);
 
 /// A missing or failing device: exit code 3.
 class DeviceError : public Error {

@@ -8,8 +8,6 @@
 
 #include "photocoag/rt/eye_link.hpp"
 #include "photocoag/run/calibration_file.hpp"
-#include "photocoag/run/device_config.hpp"
-#include "photocoag/run/device_self_test.hpp"
 #include "photocoag/run/pulse_model.hpp"
 
 namespace photocoag {
@@ -22,17 +20,6 @@ struct ColdPlant {
   void step(double) noexcept {}
   Outputs outputs() const noexcept { return {}; }
 };
-
-// A device that cannot be opened is a device fault, not bad input.
-template <typename F>
-void of_the_device(F&& open) {
-  try {
-    open();
-  } catch (const Error& error) {
-    if (!error.parts().key.empty()) throw;  // the configuration's
-    throw DeviceError(error);
-  }
-}
 
 // With "observe" there may be no real-time scheduling, so wait longer for the eye.
 double patience_of(const Config& config) {
@@ -126,28 +113,6 @@ void OpenEye::finish(Treatment& treatment) {
     if (known) report.pulse_peak_max = std::max(report.pulse_peak_max, truth[k].peak_pulse);
   }
   treatment.device = report;
-}
-
-OpenDriver::OpenDriver(const Config& config, const DeviceAddress& place, ModelStore& models)
-    : config_(config), model_(told_of(models.reduced(), config.estimator.timing)) {
-  const bool strict = config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
-  of_the_device(
-      [&] { device_.emplace(place.path, place.settings, config.control.period, strict); });
-  last_resort_.emplace(*device_);
-}
-
-SafetyLimits OpenDriver::limits() const { return device_limits(config_); }
-
-ObserverModel OpenDriver::observer() const { return device_observer(config_); }
-
-SelfTestReport OpenDriver::self_test(bool log_has_room) {
-  return photocoag::self_test(*device_, config_.control, log_has_room);
-}
-
-void OpenDriver::finish(Treatment& treatment) const {
-  treatment.full_order_states = model_.full_order_states;
-  treatment.device = DeviceReport{
-      .name = "driver, " + device_->name(), .pulse_peak_max = kNaN, .status = {}, .pacing = {}};
 }
 
 }  // namespace photocoag

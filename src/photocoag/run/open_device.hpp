@@ -3,8 +3,11 @@
 // docs/devices.md. Units: SI.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <optional>
 
 #include "photocoag/config/config.hpp"
@@ -20,6 +23,8 @@
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/configured_eye.hpp"
 #include "photocoag/run/device_address.hpp"
+#include "photocoag/run/device_config.hpp"
+#include "photocoag/run/device_self_test.hpp"
 #include "photocoag/run/eye_pacing.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -41,6 +46,23 @@ concept OpenDevice = requires(O open, const O& constant, bool log_has_room, std:
   open.begin(cycles);      // the next period is cycle 0
   open.finish(treatment);  // adds the device's own report
 };
+
+/// Calls open(). A device that cannot be opened is a device fault, not bad input: DeviceError. An
+/// Error that names a key is the configuration's.
+template <typename F>
+void of_the_device(F&& open) {
+  try {
+    open();
+  } catch (const Error& error) {
+    if (!error.parts().key.empty()) throw;
+    throw DeviceError(error);
+  }
+}
+
+/// Whether the configuration lets light out of a device that is not simulated.
+inline bool may_emit(const Config& config) noexcept {
+  return config.safety.supervised && config.safety.real_time == RealTimeMode::kEnforce;
+}
 
 /// The simulated eye of this process; paced by the clock if C is ClockPace.
 template <Pace C>
@@ -111,29 +133,47 @@ class OpenEye {
   std::optional<LastResort<EyeDevice>> last_resort_;
 };
 
-/// A vendor's driver: loaded, its device open and armed at 0 W.
-class OpenDriver {
+/// A device that brings its own samples by the monotonic clock (a vendor's driver): open and armed
+/// at 0 W.
+template <Device D>
+class OpenBench {
  public:
   using Refusal = DeviceError;
   static constexpr bool kAnySolver = false;
 
-  /// `config` must outlive this. Throws DeviceError; Error where a key of the configuration is bad.
-  OpenDriver(const Config& config, const DeviceAddress& place, ModelStore& models);
+  /// D(where…, control period in s, whether light may come out of it). `config` must outlive this.
+  /// Throws DeviceError; Error where a key of the configuration is bad.
+  template <typename... Where>
+  OpenBench(const Config& config, const DeviceAddress& place, ModelStore& models,
+            const Where&... where)
+      : config_(config), place_(place), model_(told_of(models.reduced(), config.estimator.timing)) {
+    of_the_device([&] { device_.emplace(where..., config.control.period, may_emit(config)); });
+    last_resort_.emplace(*device_);
+  }
 
-  DriverDevice& device() noexcept { return *device_; }
+  D& device() noexcept { return *device_; }
   const ReducedModel& model() const noexcept { return model_; }
   bool timed() const noexcept { return true; }
-  SafetyLimits limits() const;
-  ObserverModel observer() const;
-  SelfTestReport self_test(bool log_has_room);
+  SafetyLimits limits() const { return device_limits(config_); }
+  ObserverModel observer() const { return device_observer(config_); }
+  SelfTestReport self_test(bool log_has_room) {
+    return photocoag::self_test(*device_, config_.control, log_has_room);
+  }
   void begin(std::size_t) noexcept { device_->begin(); }
-  void finish(Treatment& treatment) const;
+  void finish(Treatment& treatment) const {
+    treatment.full_order_states = model_.full_order_states;
+    treatment.device = DeviceReport{.name = fmt::format("{}, {}", word_of(place_), device_->name()),
+                                    .pulse_peak_max = std::numeric_limits<double>::quiet_NaN(),
+                                    .status = {},
+                                    .pacing = {}};
+  }
 
  private:
   const Config& config_;
+  DeviceAddress place_;
   ReducedModel model_;
-  std::optional<DriverDevice> device_;
-  std::optional<LastResort<DriverDevice>> last_resort_;
+  std::optional<D> device_;
+  std::optional<LastResort<D>> last_resort_;
 };
 
 /// Calls use(open) with the simulated eye of this process: on the user's plant, or on `eye`.
@@ -182,7 +222,7 @@ void open_device(const Config& config, const DeviceAddress& place, ModelStore& m
       return use(open);
     }
     case Kind::kDriver: {
-      OpenDriver open(config, place, models);
+      OpenBench<DriverDevice> open(config, place, models, place.path, place.settings);
       return use(open);
     }
   }

@@ -63,9 +63,9 @@ bool estimates_choroid(const Config& config) {
 
 Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
-// The absorption factors of an eye behind a driver are unknown.
+// The absorption factors of any other eye are unknown.
 bool is_simulated(const Treatment& treatment) {
-  return !treatment.device || !treatment.device->name.starts_with("driver");
+  return !treatment.device || treatment.device->name.starts_with("eye");
 }
 
 }  // namespace

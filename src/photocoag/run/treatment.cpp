@@ -138,19 +138,6 @@ Treatment simulate_with(const Config& config, const ReducedModel& model, const E
   return treatment;
 }
 
-std::string describe(const DeviceAddress& place) {
-  switch (place.kind) {
-    case DeviceAddress::Kind::kEye:
-      return "eye, shared memory";
-    case DeviceAddress::Kind::kEyeOverSocket:
-      return "eye, socket";
-    case DeviceAddress::Kind::kDriver:
-      return "driver, " + place.path;
-    default:
-      return {};
-  }
-}
-
 bool is_device_fault(SafetyReason reason) noexcept {
   switch (reason) {
     case SafetyReason::kSampleMissing:

@@ -90,9 +90,6 @@ Treatment treat_into(const std::filesystem::path& folder, const Config& controll
                      const DeviceAddress& place, ModelStore& models, const std::atomic<bool>& stop,
                      std::atomic<std::size_t>& progress, const Onlooker& onlooker = {});
 
-/// The device's name in log and summary; empty: the simulated eye of this process.
-std::string describe(const DeviceAddress& place);
-
 /// True if the reason is a fault of the device.
 bool is_device_fault(SafetyReason reason) noexcept;
 
