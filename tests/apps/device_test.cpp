@@ -175,7 +175,7 @@ TEST(TreatDevice, WhatIsNotThereIsExitCode3AndWhatIsNotKnownIs2) {
   const Sandbox sandbox;
   EXPECT_EQ(sandbox.run("treat --device eye:/no/such/eye --out a" + kCoarse).exit_code, 3);
   EXPECT_EQ(sandbox.run("treat --device driver:/no/such.so --out b" + kCoarse).exit_code, 3);
-  for (const std::string bad : {"ear", "eye:", "driver", "driver:"}) {
+  for (const std::string bad : {"ear", "eye:", "driver", "driver:", "udp", "udp:"}) {
     const ProgramResult result = sandbox.run("treat --device " + bad + " --out c" + kCoarse);
     EXPECT_EQ(result.exit_code, 2) << bad;
     EXPECT_NE(result.err.find("--device"), std::string::npos) << result.err;

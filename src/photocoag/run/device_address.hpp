@@ -20,10 +20,11 @@ struct DeviceAddress {
     kEye,            ///< the simulated eye of another process, through shared memory
     kEyeOverSocket,  ///< the same through its socket
     kDriver,         ///< a vendor's driver
+    kUdp,            ///< an acquisition program, by datagrams
   };
   Kind kind = Kind::kPaced;
   bool own_process = false;              ///< an eye process that the program starts and ends itself
-  std::string path = {};                 ///< socket or library
+  std::string path = {};                 ///< socket, library, or [HOST:]PORT
   std::string settings = {};             ///< of a driver
   std::vector<std::string> faults = {};  ///< scripted faults of an eye started for this treatment
 
@@ -55,13 +56,16 @@ inline constexpr std::array kDeviceWords{
                DeviceWord::Path::kOptional, "eye, socket"},
     DeviceWord{"driver", DeviceAddress::Kind::kDriver, Use::kTreatDriver,
                DeviceWord::Path::kLibrary, "driver"},
+    DeviceWord{"udp", DeviceAddress::Kind::kUdp, Use::kTreatDriver, DeviceWord::Path::kNeeded,
+               "udp"},
 };
 inline constexpr std::string_view kDeviceForms =
-    "eye, eye:SOCKET, eye+socket[:SOCKET] or driver:LIBRARY[,SETTINGS]";
+    "eye, eye:SOCKET, eye+socket[:SOCKET], driver:LIBRARY[,SETTINGS] or udp:[HOST:]PORT";
 inline constexpr const char* kDeviceHelp =
     "eye: a simulated eye in a process of its own, started for this treatment; "
     "eye:SOCKET: one that runs already; eye+socket: pulses through the socket; "
-    "driver:LIBRARY[,SETTINGS]: a vendor's driver";
+    "driver:LIBRARY[,SETTINGS]: a vendor's driver; udp:[HOST:]PORT: an acquisition program, "
+    "by datagrams";
 
 /// kDeviceForms. LIBRARY is the longest part up to a comma that is a file: its path may contain
 /// commas. Throws Error naming --device.

@@ -21,6 +21,7 @@
 #include "photocoag/rt/eye_device.hpp"
 #include "photocoag/rt/last_resort.hpp"
 #include "photocoag/rt/real_time.hpp"
+#include "photocoag/rt/udp_device.hpp"
 #include "photocoag/run/configured_eye.hpp"
 #include "photocoag/run/device_address.hpp"
 #include "photocoag/run/device_config.hpp"
@@ -133,8 +134,8 @@ class OpenEye {
   std::optional<LastResort<EyeDevice>> last_resort_;
 };
 
-/// A device that brings its own samples by the monotonic clock (a vendor's driver): open and armed
-/// at 0 W.
+/// A device that brings its own samples by the monotonic clock (a vendor's driver, an acquisition
+/// program): open and armed at 0 W.
 template <Device D>
 class OpenBench {
  public:
@@ -157,6 +158,7 @@ class OpenBench {
   SafetyLimits limits() const { return device_limits(config_); }
   ObserverModel observer() const { return device_observer(config_); }
   SelfTestReport self_test(bool log_has_room) {
+    device_->begin();
     return photocoag::self_test(*device_, config_.control, log_has_room);
   }
   void begin(std::size_t) noexcept { device_->begin(); }
@@ -166,6 +168,7 @@ class OpenBench {
                                     .pulse_peak_max = std::numeric_limits<double>::quiet_NaN(),
                                     .status = {},
                                     .pacing = {}};
+    if constexpr (requires { device_->status(); }) treatment.device->status = device_->status();
   }
 
  private:
@@ -219,6 +222,10 @@ void open_device(const Config& config, const DeviceAddress& place, ModelStore& m
     case Kind::kEye:
     case Kind::kEyeOverSocket: {
       OpenEye open(config, place, models, granted);
+      return use(open);
+    }
+    case Kind::kUdp: {
+      OpenBench<UdpDevice> open(config, place, models, place.path, config.control.delay);
       return use(open);
     }
     case Kind::kDriver: {
