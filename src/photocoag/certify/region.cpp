@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
+
+#include "photocoag/core/types.hpp"
 
 namespace photocoag {
 namespace {

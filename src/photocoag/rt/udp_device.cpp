@@ -22,7 +22,6 @@
 namespace photocoag {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kSecond = 1'000'000'000;  // ns
 constexpr std::int64_t kHelloWithin = 10 * kSecond;
 constexpr std::int64_t kGoneAfter = kSecond;  // of silence
@@ -341,7 +340,7 @@ DeviceSample UdpDevice::wait_sample(std::uint64_t) noexcept {
   } else {
     ++missing_;
     if (now - last_received_ns_ > kGoneAfter) sample.status = DeviceStatus::kGone;
-    readback_.power = readback_.command = kNaN;
+    readback_.power = readback_.command = std::numeric_limits<double>::quiet_NaN();
   }
   ++next_;
   due_ns_ += period_ns_;
