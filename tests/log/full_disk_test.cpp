@@ -1,6 +1,10 @@
 // The log on a disk that is really full: the kernel says so, not a hook.
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <cstring>
 
@@ -47,6 +51,15 @@ bool until_in_trouble(const LogWriter& log) {
   return !log.healthy();
 }
 
+/// Waits until the log of `folder` holds so many records.
+bool until_written(const std::filesystem::path& folder, std::size_t records) {
+  const std::int64_t patience = monotonic_ns() + 60'000'000'000;
+  while (content_of(folder).records.size() < records && monotonic_ns() < patience) {
+    wait_until(monotonic_ns() + 1'000'000);
+  }
+  return content_of(folder).records.size() >= records;
+}
+
 TEST(LogOnAFullDisk, CountsExactlyAndKeepsWhatWasWritten) {
   const TemporaryFolder folder;
   const SmallDiskOutcome disk = on_small_disk(folder.path(), kDisk, [&] {
@@ -83,10 +96,7 @@ TEST(LogOnAFullDisk, SaysWhatItLostWhereverTheDiskEnds) {
         LogOptions options{.ring_records = 4096, .segment_bytes = segment_bytes, .write = {}};
         LogWriter log(folder.path() / "log", header(), options);
         produce(log, 0, 300 + taken);
-        while (content_of(folder.path() / "log").records.size() <
-               300U + static_cast<std::size_t>(taken)) {
-          wait_until(monotonic_ns() + 1'000'000);
-        }
+        ASSERT_TRUE(until_written(folder.path() / "log", 300U + static_cast<std::size_t>(taken)));
         ASSERT_TRUE(Ballast(folder.path() / "ballast").fill());
         produce(log, 300 + taken, 1500);
         const LogTotals totals = log.close();
@@ -100,6 +110,34 @@ TEST(LogOnAFullDisk, SaysWhatItLostWhereverTheDiskEnds) {
       if (!disk.unsupported.empty()) GTEST_SKIP() << "no disk of its own: " << disk.unsupported;
       EXPECT_TRUE(disk.passed) << "in the child process, see above";
     }
+  }
+}
+
+// A limit of the file's size, too.
+TEST(LogOnAFullDisk, SaysWhatItLostWhereverTheFileMustEnd) {
+  for (rlim_t limit = 40'000; limit < 41'200; limit += 100) {
+    const TemporaryFolder folder;
+    const auto child = [&] {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit size{limit, limit};
+      if (::setrlimit(RLIMIT_FSIZE, &size) != 0) return false;
+      LogWriter log(folder.path() / "log", header(), {.ring_records = 4096, .write = {}});
+      produce(log, 0, 20);
+      if (!until_written(folder.path() / "log", 20)) return false;
+      produce(log, 20, 200);
+      return log.close().dropped > 0;
+    };
+    const pid_t process = ::fork();
+    ASSERT_GE(process, 0);
+    if (process == 0) _exit(child() ? 0 : 1);
+    int status = 1;
+    ASSERT_EQ(::waitpid(process, &status, 0), process);
+    ASSERT_EQ(status, 0) << limit;
+    const LogContent content = content_of(folder.path() / "log");
+    EXPECT_TRUE(content.closed) << limit;
+    EXPECT_GT(content.totals.dropped, 0U) << limit;
+    EXPECT_EQ(content.records.size(), content.totals.written) << limit;
+    EXPECT_EQ(content.bad_bytes, 0U) << limit;
   }
 }
 

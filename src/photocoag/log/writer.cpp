@@ -158,8 +158,8 @@ bool LogWriter::reserve(std::size_t bytes) noexcept {
   const auto size = static_cast<off_t>(bytes + sizeof(BlockHeader));
   while (::fallocate(file_, FALLOC_FL_KEEP_SIZE, end, size) != 0) {
     if (errno == EINTR) continue;
-    return errno != ENOSPC &&
-           errno != EDQUOT;  // unsupported by some file systems: continue without
+    // Unsupported by some file systems: continue without.
+    return errno != ENOSPC && errno != EDQUOT && errno != EFBIG;
   }
   return true;
 }
