@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -156,10 +157,15 @@ void LogWriter::write_block(std::size_t records, std::uint32_t flags) noexcept {
 bool LogWriter::reserve(std::size_t bytes) noexcept {
   const auto end = static_cast<off_t>(segment_size_);
   const auto size = static_cast<off_t>(bytes + sizeof(BlockHeader));
+  rlimit limit{};  // of the file's size, which space beyond its end is not checked against
+  if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && static_cast<rlim_t>(end + size) > limit.rlim_cur) {
+    errno = EFBIG;
+    return false;
+  }
   while (::fallocate(file_, FALLOC_FL_KEEP_SIZE, end, size) != 0) {
     if (errno == EINTR) continue;
     // Unsupported by some file systems: continue without.
-    return errno != ENOSPC && errno != EDQUOT && errno != EFBIG;
+    return errno != ENOSPC && errno != EDQUOT;
   }
   return true;
 }
