@@ -1,7 +1,7 @@
 /* The controller that `photocoag export-c` writes, step by step from MATLAB and Octave. Built by
  * photocoag_build.m; how to call it: photocoag_controller.m. Research software, not a medical
- * device; THE SUPERVISOR IS NOT IN IT. Controllers lie in this file's memory and are numbers
- * outside, so that one that was freed, or never made, is an error and not a crash. */
+ * device; THE SUPERVISOR IS NOT IN IT. Controllers are stored here and referred to by numbers, so
+ * that using one that was freed or never made is an error and not a crash. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -12,7 +12,7 @@
 #define MOST 64
 
 static pc_controller controllers[MOST];
-static uint32_t made[MOST]; /* the number of the controller in that place, 0: none */
+static uint32_t made[MOST]; /* number of the controller in that place, 0: none */
 static uint32_t last_made;
 
 static void refuse(const char* which, const char* why) {
@@ -29,7 +29,7 @@ static double number_of(const mxArray* value, const char* which) {
   return mxGetScalar(value);
 }
 
-/* Where a controller lies. */
+/* The place of a controller. */
 static int place_of(const mxArray* value) {
   const double number = number_of(value, "controller");
   int place = 0;
@@ -104,8 +104,8 @@ static void tell(mxArray* plhs[]) {
 
 typedef struct {
   const char* name;
-  int inputs;  /* the name itself among them */
-  int outputs; /* at most */
+  int inputs;  /* including the name itself */
+  int outputs; /* maximum */
 } call;
 
 static const call kCalls[] = {{"new", 1, 3}, {"step", 4, 2}, {"free", 2, 0}, {"about", 1, 1}};

@@ -1,5 +1,5 @@
-/* A complete driver for photocoag (docs/devices.md): no hardware behind it, a lump of tissue that
- * warms and cools with one time constant. Replace the parts marked HARDWARE.
+/* A complete driver for photocoag (docs/devices.md) without hardware: tissue that warms and cools
+ * with one time constant. Replace the parts marked HARDWARE.
  * Settings: "gain=K_per_W tau=seconds noise=K fail=open|none", all optional.
  */
 #define _POSIX_C_SOURCE 200809L
@@ -12,7 +12,7 @@
 #include "photocoag/device/driver.h"
 
 #ifndef EXAMPLE_SIMULATED
-#define EXAMPLE_SIMULATED 1 /* HARDWARE: 0, and photocoag wants safety.real_time = "enforce" */
+#define EXAMPLE_SIMULATED 1 /* HARDWARE: 0; then safety.real_time = "enforce" is required */
 #endif
 
 typedef struct {
@@ -20,13 +20,13 @@ typedef struct {
   double tau;         /* s */
   double noise;       /* K, standard deviation of a sample */
   double temperature; /* K */
-  double power;       /* W, being emitted */
+  double power;       /* W, emitted now */
   double emitted;     /* W, during the last period */
   double in_force;    /* W, the command of the last period */
   int64_t period_ns;
-  int64_t next_ns;       /* end of the running period */
+  int64_t next_ns;       /* end of the current period */
   int64_t last_write_ns; /* for the watchdog */
-  uint64_t token;        /* of the last write taken */
+  uint64_t token;        /* of the last accepted write */
   uint64_t sequence;
   uint64_t random; /* state of the noise */
   int interlock_closed;
@@ -44,7 +44,7 @@ static void sleep_until(int64_t when) {
   }
 }
 
-/* Close to normal, standard deviation 1: the sum of twelve uniform numbers (xorshift64*). */
+/* Approximately normal, standard deviation 1: the sum of twelve uniform numbers (xorshift64*). */
 static double next_normal(example* e) {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) {
@@ -71,7 +71,7 @@ static int32_t example_open(void** device, const char* settings, char* message,
   if (e == NULL) return PHOTOCOAG_GONE;
   e->gain = setting(settings, "gain=", 600.0);
   e->tau = setting(settings, "tau=", 0.02);
-  e->noise = setting(settings, "noise=", 0.288); /* plant.noise_K: what the self-test looks for */
+  e->noise = setting(settings, "noise=", 0.288); /* as plant.noise_K, for the self-test */
   e->random = 1;
   e->interlock_closed = 1; /* HARDWARE: open the card, put 0 W, read the switches */
   *device = e;
@@ -93,7 +93,7 @@ static int32_t example_wait_sample(void* device, int64_t deadline_ns, photocoag_
     return PHOTOCOAG_TIMEOUT;
   }
   sleep_until(e->next_ns); /* HARDWARE: wait for the trigger of the period's last pulse */
-  /* The watchdog: no new token for two periods, 0 W. */
+  /* The watchdog: 0 W without a new token for two periods. */
   if (e->next_ns - e->last_write_ns > 2 * e->period_ns) e->power = 0.0;
   e->in_force = e->power;
   e->emitted = e->interlock_closed ? e->power : 0.0;

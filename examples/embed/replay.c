@@ -1,4 +1,4 @@
-/* The exported controller stepped through samples that are there already: a line "volume
+/* The exported controller stepped through recorded samples: a line "volume
  * temperature in K, power in W" of every period on standard input (nan: no sample), its power of
  * every period on standard output. The last one is of the period after. Research software, not a
  * medical device. */

@@ -1,4 +1,4 @@
-/* A treatment on the desk: the controller and, as its eye, the reduced model at another absorption
+/* A simulated treatment: the controller and, as the eye, the reduced model at another absorption
  * factor. Prints time, power, and the true and the estimated peak. On a microcontroller the body of
  * the loop is the interrupt handler of a timer, see README.md. Research software, not a medical
  * device. */
@@ -24,7 +24,7 @@ static pc_real dot(const pc_real* a, const pc_real* b) {
 static pc_real heat(pc_real power, pc_real* peak) {
 #if PC_POSTERIOR
   static pc_residues of_peak, of_sample;
-  pc_real at[PC_QUANTITIES] = {0}; /* the prior's mean */
+  pc_real at[PC_QUANTITIES] = {0}; /* the prior mean */
   at[0] = (pc_real)log((double)EYE_ALPHA) - pc_prior_mean[0];
   pc_evaluate(at, &of_peak, &of_sample);
   pc_propagate(eye);

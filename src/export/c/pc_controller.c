@@ -5,7 +5,7 @@
 #include "pc_margin.h"
 #include "pc_math.h"
 
-/* Periods are counted up to here: no key of the configuration reaches as far. */
+/* The period count saturates here, beyond every key of the configuration. */
 #define PC_LAST_CYCLE INT32_C(1000000000)
 
 /* --- What changes with time ------------------------------------------------------------------- */
@@ -46,7 +46,7 @@ static pc_real state_weight(int32_t stage) {
 #endif
 }
 
-/* (E21): the power that holds the reference of period n for ever. */
+/* (E21): the steady-state power of the reference of period n. */
 static pc_real steady_power(const pc_real input[PC_ORDER], int32_t n) {
   return reference_at(n) / pc_dot(pc_steady_row, input, PC_ORDER);
 }
@@ -148,9 +148,9 @@ static bool condense(pc_controller* c, int32_t n) {
 }
 
 #if PC_SINGLE && PC_DELAYED_WEIGHT
-/* While R0 waives outputs, H takes all digits that single precision has. The same problem written
- * around its answer v has small numbers where they count, and its answer corrects v:
- *   f <- f + G v,  g <- g(f) + 2 (r1 I + r2 D'D) v,  bounds and limits less what v takes of them.
+/* While some R0 are 0, H is too ill-conditioned for single precision. The same problem shifted to
+ * its solution v has a small solution, which corrects v:
+ *   f <- f + G v,  g <- g(f) + 2 (r1 I + r2 D'D) v,  bounds and limits reduced by the share of v.
  */
 static void correct(pc_controller* c, int32_t n) {
   pc_qp_problem* problem = &c->problem;
@@ -199,7 +199,7 @@ static bool plan(pc_controller* c, int32_t n) {
   return relaxed;
 }
 
-/* A new plan, from the state at which its first power begins to act. */
+/* A new plan from the state when its first power begins to act. */
 static void solve(pc_controller* c) {
   const pc_real* B = c->filter.matrices.input;
   const int32_t n = c->cycle + PC_DELAY;
@@ -231,7 +231,7 @@ static void solve(pc_controller* c) {
 #endif
 }
 
-/* (E23): the last, pure function before the laser. */
+/* (E23): the last check before the laser. */
 static pc_real gate(pc_real power, pc_gate* verdict) {
   const pc_real excess = power - PC_POWER_MAX;
   *verdict = PC_PASSED;
@@ -245,7 +245,7 @@ static pc_real gate(pc_real power, pc_gate* verdict) {
 }
 
 #if PC_IDENTIFICATION > 0
-/* The gentle start: for a time, or until the next peak is known well enough. */
+/* The identification phase: for a time, or until the next peak is known accurately enough. */
 static bool identifying(pc_controller* c) {
   if (c->cycle >= PC_IDENTIFICATION || c->known) return false;
   c->known = c->started && c->relative_sigma * PC_PEAK_REFERENCE < PC_IDENTIFICATION_SIGMA;
@@ -296,7 +296,7 @@ void pc_controller_init(pc_controller* controller) {
 
 pc_real pc_controller_start(pc_controller* controller) { return decide(controller); }
 
-/* A bad period is one without a sample and ends with 0 W. */
+/* A period with a bad input counts as one without a sample and ends with 0 W. */
 static pc_real advance(pc_controller* c, pc_real volume_temperature, pc_real applied_power,
                        bool good) {
   observe(c, volume_temperature, pc_finite(applied_power) ? applied_power : c->decision.power);

@@ -32,13 +32,14 @@ void pc_evaluate(pc_real alpha, pc_matrices* out);
 /* x <- A_d x. */
 void pc_propagate(pc_real state[PC_ORDER]);
 
-/* Cold tissue, known exactly, and the initial absorption factor. */
+/* Tissue exactly at ambient, and the initial absorption factor. */
 void pc_filter_reset(pc_filter* filter);
 
-/* One period with `power`, W, (E15). */
+/* Time update over one period with `power`, W, (E15). */
 void pc_filter_predict(pc_filter* filter, pc_real power);
 
-/* With the volume temperature at the end of that period, K, (E16), (E17), (E25). */
+/* Measurement update with the volume temperature at the end of that period, K, (E16), (E17),
+ * (E25). */
 pc_sample_use pc_filter_update(pc_filter* filter, pc_real volume_temperature);
 
 /* C_peak x, K. */

@@ -50,7 +50,7 @@ void pc_margin_evaluate(const pc_controller* c, pc_margin* margin) {
     }
     const pc_real sigma = peak_variance > 0 ? pc_sqrt(peak_variance) : 0;
     pc_real left = 0;   /* of the powers applied so far, at stage k + 1 */
-    pc_real caused = 0; /* by a power k + 1 periods before */
+    pc_real caused = 0; /* by a power k + 1 periods earlier */
     for (int j = 0; j < PC_MAJORANT_TERMS; ++j) {
 #if PC_DELAY
       left += pc_majorant[k + 1][j] * (pc_majorant_decay[j] * c->applied[j] + c->pending_power);
@@ -61,7 +61,7 @@ void pc_margin_evaluate(const pc_controller* c, pc_margin* margin) {
     }
     margin->free[k] = PC_ROBUST_SIGMA * sigma + scale * left;
 #if PC_DELAY
-    /* What the power on its way may heat more than the estimate says. */
+    /* Heating of the pending power beyond the estimate. */
     pc_real excess = 0;
     for (int i = 0; i < PC_ORDER; ++i) {
       excess += row[i] * (margin->input[i] - filter->matrices.input[i]) * c->pending_power;
@@ -82,7 +82,7 @@ pc_real pc_margin_evaluate(pc_controller* c) {
     pc_propagate(modes);
     pc_axpy(c->around[k], pc_gain, modes, PC_ORDER);
     const pc_real peak = pc_dot(c->filter.peak.value, modes, PC_ORDER);
-    pc_real relative = 0; /* without heat there is nothing to be uncertain of */
+    pc_real relative = 0; /* no uncertainty without heat */
     if (peak > 0) {
       const pc_real variance = pc_filter_variance(&c->filter, modes);
       relative = pc_sqrt(variance / (peak * peak) + PC_PEAK_ERROR * PC_PEAK_ERROR);

@@ -1,4 +1,4 @@
-/* What is kept away from the peak limit, (E28) or (U3). */
+/* Back-off from the peak limit, (E28) or (U3). */
 #ifndef PC_MARGIN_H
 #define PC_MARGIN_H
 
@@ -11,24 +11,24 @@ typedef struct {
   pc_real impulse[PC_INPUTS]; /* K for u_max, i + 1 periods after the power */
 } pc_margin;
 
-/* What the rows have more than the estimate's peak: deviations of state and alpha, and the model's
- * running error bound of the powers applied so far and of those to come. */
+/* Terms of the rows beyond the estimated peak: deviations of state and alpha, and the model's error
+ * bound for the powers applied so far and those to come. */
 void pc_margin_evaluate(const pc_controller* c, pc_margin* margin);
 
-/* One period has passed with `power`, W. */
+/* Advances by one period with `power`, W. */
 void pc_margin_observe(pc_controller* c, pc_real power);
 #endif
 
 #if PC_CHANCE
-/* How uncertain a peak is depends a little on the powers that lead to it: solved around the plan of
- * before, then around the plan found, until the limit stays within so much, K. */
+/* The deviation of a peak depends weakly on the powers that lead to it: the problem is solved with
+ * the margin at the previous plan, then at the plan found, until the limit changes by less. */
 #define PC_MOST_SOLVES 4
-#define PC_SAME_LIMIT PC_R(1e-3)
+#define PC_SAME_LIMIT PC_R(1e-3) /* K */
 
-/* Begins with the plan of before, shifted. */
+/* Starts from the previous plan, shifted. */
 void pc_margin_begin(pc_controller* c);
 
-/* (U3) around the powers `around`; returns the most by which the margin of a stage changed, K. */
+/* (U3) at the powers `around`; returns the largest change of a stage's margin, K. */
 pc_real pc_margin_evaluate(pc_controller* c);
 #endif
 

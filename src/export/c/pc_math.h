@@ -1,4 +1,4 @@
-/* The few functions that the controller needs of a C library, in the precision of pc_real. */
+/* The C library functions that the controller needs, in the precision of pc_real. */
 #ifndef PC_MATH_H
 #define PC_MATH_H
 

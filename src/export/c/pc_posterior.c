@@ -1,11 +1,11 @@
 /* Maximum a posteriori estimate of the uncertain quantities, see the header. */
 #include "pc_filter.h"
 
-/* Gauss-Newton steps per sample: the first samples move the estimate far, later ones hardly. */
+/* Gauss-Newton steps per sample: the first samples change the estimate most. */
 #define PC_MOST_STEPS 4
-/* A step is worth another one if it moved the estimate by so much of its standard deviation. */
+/* Another step follows if the last one exceeded this fraction of the standard deviation. */
 #define PC_SMALL_STEP PC_R(0.05)
-/* Residues are linear to 1e-4 of themselves within this change of ln q. */
+/* Residues are linear to a relative error of 1e-4 within this change of ln q. */
 #define PC_LINEAR PC_R(0.01)
 
 /* --- Residues, (U1) --------------------------------------------------------------------------- */
@@ -109,7 +109,7 @@ void pc_propagate(pc_real state[PC_ORDER]) {
   for (int i = 0; i < PC_ORDER; ++i) state[i] *= pc_transition[i];
 }
 
-/* What the controller reads. */
+/* Updates the members that the controller reads. */
 static void publish(pc_filter* filter) {
   for (int i = 0; i < PC_ORDER; ++i) {
     filter->state[i] = filter->peak.value[i] * filter->modes[i];
@@ -217,7 +217,7 @@ static bool improve(pc_filter* filter) {
   pc_real before[PC_ORDER];
   evaluate_covariance(filter);
   find_step(filter, step);
-  /* No further than the prior's standard deviation at once: beyond, the slopes mean little. */
+  /* At most one prior standard deviation at a time: beyond, the linearization is poor. */
   pc_real most = 1;
   for (int v = 0; v < PC_QUANTITIES; ++v) {
     most = pc_max(most, pc_abs(step[v]) / pc_sqrt(pc_prior_covariance[v][v]));
@@ -245,7 +245,7 @@ static bool improve(pc_filter* filter) {
   return moved > PC_SMALL_STEP;
 }
 
-/* The residuals' variance, with the prior's as of so many samples more. */
+/* Variance of the residuals; the prior counts as PC_NOISE_SAMPLES further samples. */
 static void judge_noise(pc_filter* filter) {
 #if PC_NOISE_LEARNED
   pc_real used = PC_QUANTITIES;
@@ -272,7 +272,7 @@ static bool healthy(const pc_filter* filter) {
   return zero == 0 && filter->noise > 0; /* 0 times what is not finite is NaN */
 }
 
-/* Covariance of ln q: what is considered and not estimated keeps the prior's. */
+/* Covariance of ln q: considered quantities keep that of the prior. */
 static pc_real covariance(const pc_filter* filter, int v, int w) {
 #if PC_CONSIDERED
   if (!pc_ranges[v].estimated && !pc_ranges[w].estimated) return pc_prior_covariance[v][w];

@@ -1,8 +1,8 @@
-/* What all samples so far say of several uncertain quantities of an eye, (U1), (U2) of
- * docs/uncertainty.md of photocoag: maximum a posteriori with Laplace's covariance. The modes are
- * known from the powers; what is uncertain stands in the residues of the outputs. Sums of large
- * numbers that nearly cancel are kept as differences, and squares as their roots, so that single
- * precision is enough.
+/* Posterior of several uncertain quantities of an eye from all samples so far, (U1), (U2) of
+ * docs/uncertainty.md of photocoag: maximum a posteriori with Laplace's covariance. The modes
+ * follow from the powers; the uncertainty is in the residues of the outputs. Sums of large
+ * numbers that nearly cancel are stored as differences, and squares as square roots, so that
+ * single precision suffices.
  * Units: SI; temperatures are rises over ambient, K. Bounded loops, no heap, no globals. */
 #ifndef PC_FILTER_H
 #define PC_FILTER_H
@@ -10,7 +10,7 @@
 #include "pc_model.h"
 #include "pc_sample.h"
 
-/* R(ln q), K/J, and row by row their derivatives by ln q. */
+/* R(ln q), K/J, and, row by row, their derivatives with respect to ln q. */
 typedef struct {
   pc_real value[PC_ORDER];
   pc_real slope[PC_QUANTITIES][PC_ORDER];
@@ -26,32 +26,32 @@ typedef struct {
   pc_matrices matrices;
   pc_real alpha;                               /* absorption factor, 1 */
   pc_real modes[PC_ORDER];                     /* x, J, of all powers so far */
-  pc_real estimate[PC_QUANTITIES];             /* of ln q less the prior's mean */
+  pc_real estimate[PC_QUANTITIES];             /* of ln q minus the prior mean */
   pc_real joint[PC_QUANTITIES][PC_QUANTITIES]; /* its covariance */
-  pc_real evaluated_at[PC_QUANTITIES];         /* where the slopes are */
+  pc_real evaluated_at[PC_QUANTITIES];         /* where the slopes were evaluated */
   pc_residues peak;
   pc_residues sample;               /* of the volume, calibration included */
   pc_real root[PC_ORDER][PC_ORDER]; /* S, upper triangular: S' S = sum x x' */
   pc_real remaining[PC_ORDER];      /* sum x (y - r' x), r the residues of the sample */
   pc_real squares;                  /* sum (y - r' x)^2 */
   pc_real samples;
-  pc_real noise; /* K, standard deviation of a sample, as the residuals have it by now */
+  pc_real noise; /* K, standard deviation of a sample, from the residuals so far */
   int doublings; /* r of the outlier gate, (E25) */
 } pc_filter;
 
-/* Residues of peak and sample at ln q less the prior's mean. */
+/* Residues of peak and sample; `at`: ln q minus the prior mean. */
 void pc_evaluate(const pc_real at[PC_QUANTITIES], pc_residues* peak, pc_residues* sample);
 
 /* x <- decay x. */
 void pc_propagate(pc_real state[PC_ORDER]);
 
-/* Cold tissue and the prior. */
+/* Tissue at ambient, and the prior. */
 void pc_filter_reset(pc_filter* filter);
 
-/* One period with `power`, W. */
+/* Time update over one period with `power`, W. */
 void pc_filter_predict(pc_filter* filter, pc_real power);
 
-/* With the volume temperature at the end of that period, K. */
+/* Measurement update with the volume temperature at the end of that period, K. */
 pc_sample_use pc_filter_update(pc_filter* filter, pc_real volume_temperature);
 
 /* s^2 = g' P g, the variance of R_peak' x for modes x, K2. */

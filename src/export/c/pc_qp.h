@@ -5,8 +5,8 @@
  *
  * Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex
  * quadratic programs", Math. Programming 27 (1983) 1-33, as in photocoag's solver `dense`.
- * At most PC_QP_MOST_CHANGES changes of the active set, each of O(n^2) operations after O(n^3) of
- * preparation. No heap, no globals, nothing kept between solves. */
+ * At most PC_QP_MOST_CHANGES changes of the active set of O(n^2) operations each, after O(n^3) of
+ * preparation. No heap, no globals, no state between solves. */
 #ifndef PC_QP_H
 #define PC_QP_H
 
@@ -29,8 +29,8 @@ typedef struct {
 typedef enum {
   PC_QP_SOLVED,       /* u is the minimizer, checked against the KKT conditions */
   PC_QP_INFEASIBLE,   /* no u satisfies the constraints; u = lower */
-  PC_QP_CHANGE_LIMIT, /* the bound on the work was reached; u = lower */
-  PC_QP_NUMERICAL,    /* data not finite, or H not positive definite; u = lower */
+  PC_QP_CHANGE_LIMIT, /* PC_QP_MOST_CHANGES was reached; u = lower */
+  PC_QP_NUMERICAL,    /* data not finite, or H not positive definite; u = lower if finite */
   PC_QP_KKT_FAILED    /* an answer that does not satisfy the KKT conditions; u = lower */
 } pc_qp_status;
 
@@ -49,7 +49,7 @@ typedef struct {
   int sign;
 } pc_qp_constraint;
 
-/* Work space of one solve; its content does not matter before. */
+/* Work space of one solve; needs no initialization. */
 typedef struct {
   /* The constraints, normalized: rows that some u in the box violates, over their scale. */
   int row_count;
@@ -80,15 +80,15 @@ typedef struct {
 pc_qp_status pc_qp_solve(const pc_qp_problem* problem, pc_qp_workspace* workspace,
                          pc_qp_solution* solution);
 
-/* PC_QP_SOLVED if a solver may look at the data: all finite, but a limit may be +infinity;
- * PC_QP_INFEASIBLE if some lower > upper. */
+/* PC_QP_SOLVED if the data are valid: all finite, except that a limit may be +infinity;
+ * PC_QP_INFEASIBLE if some lower > upper; else PC_QP_NUMERICAL. */
 pc_qp_status pc_qp_examine(const pc_qp_problem* problem);
 
-/* Whether an answer satisfies the KKT conditions, whoever computed it: stationarity, feasibility
- * and complementarity, each relative to the terms that cancel in it. */
+/* True if a solution, of any solver, satisfies the KKT conditions: stationarity, feasibility and
+ * complementarity, each relative to the terms that cancel in it. */
 bool pc_qp_is_optimal(const pc_qp_problem* problem, const pc_qp_solution* solution);
 
-/* How large u is, whatever the box: max_j of |u_j| sqrt(H_jj) and |g_j| / sqrt(H_jj). Writes
+/* Size of u independent of the box: max_j of |u_j| sqrt(H_jj) and |g_j| / sqrt(H_jj). Writes
  * sqrt(H_jj) into `root`. */
 pc_real pc_qp_curved_size(const pc_qp_problem* problem, const pc_real u[PC_INPUTS],
                           pc_real root[PC_INPUTS]);

@@ -1,4 +1,4 @@
-/* What a sample is good for. Units: K. */
+/* Validity of a sample: physical range and outlier gate. Units: K. */
 #ifndef PC_SAMPLE_H
 #define PC_SAMPLE_H
 
@@ -7,14 +7,14 @@
 typedef enum {
   PC_UPDATED,   /* the sample was used */
   PC_NO_SAMPLE, /* missing, not finite or physically impossible: prediction only */
-  PC_OUTLIER,   /* too far from the prediction to be believed: prediction only */
-  PC_RESTARTED  /* the estimate was broken: back to the initial values */
+  PC_OUTLIER,   /* too far from the prediction: prediction only */
+  PC_RESTARTED  /* the estimate was invalid: reset to the initial values */
 } pc_sample_use;
 
-/* What no tissue can show is a broken measurement, K. */
+/* Samples outside are measurement faults, K. */
 #define PC_COLDEST_SAMPLE PC_R(-50.0)
 #define PC_HOTTEST_SAMPLE PC_R(300.0)
-/* The outlier gate is as good as open then. */
+/* Beyond, the outlier gate is practically open. */
 #define PC_MOST_DOUBLINGS 60
 
 /* False for NaN too. */
@@ -22,8 +22,8 @@ static inline bool pc_possible_sample(pc_real sample) {
   return sample >= PC_COLDEST_SAMPLE && sample <= PC_HOTTEST_SAMPLE;
 }
 
-/* (E25): |innovation| <= gamma 2^r sigma. A lasting change opens the gate. What is not finite
- * passes, for the check of the filter's health to see it. */
+/* (E25): |innovation| <= gamma 2^r sigma. A lasting change opens the gate. Non-finite innovations
+ * pass, so that the filter's own check detects them. */
 static inline bool pc_passes_gate(int* doublings, pc_real innovation, pc_real sigma) {
 #if PC_OUTLIER_GATE
   pc_real width = PC_OUTLIER_SIGMA * sigma;

@@ -29,7 +29,7 @@ enum {
 
 typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED } fmu_mode;
 
-/* All that changes in an instance. */
+/* Variable state of an instance. */
 typedef struct {
   fmu_mode mode;
   double start; /* s */
@@ -198,7 +198,7 @@ static double number(const fmu_state* now, fmi3ValueReference reference) {
   }
 }
 
-/* All from first to last, or none. Outputs have no value before initialization. */
+/* Reads all variables or none. Outputs have no value before initialization. */
 static fmi3Status check_get(const fmu* self, const char* function, const fmi3ValueReference* list,
                             size_t n, const void* values, size_t n_values, unsigned first,
                             unsigned last) {
@@ -296,7 +296,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step,
   if (!(fabs(time - now_s(&self->now)) <= 1e-3 * period)) {
     return refuse(self, "fmi3DoStep", "another communication point");
   }
-  /* A power that is not known was the command. */
+  /* NaN: the command was applied. */
   const pc_real applied = isfinite(self->now.applied) ? (pc_real)self->now.applied
                                                       : self->now.controller.decision.power;
   if (isfinite(self->now.sample)) {
@@ -315,7 +315,7 @@ static saved* find(const fmu* self, const void* state) {
   return one;
 }
 
-/* Into a state that is there, or a new one. */
+/* Into an existing state or a new one. */
 static fmi3Status keep(fmu* self, const char* function, const fmu_state* what,
                        fmi3FMUState* where) {
   saved* one;

@@ -1,11 +1,10 @@
 /* What photocoag's FMUs do not have: other kinds of variables than Float64, Int64 and Boolean,
  * events and clocks, partial derivatives, model exchange, scheduled execution. Every one of these
- * functions is there, answers with fmi3Error and says through the logger which one was called. C99.
- */
+ * functions exists, returns fmi3Error and names itself through the logger. C99. */
 #include "fmi3.h"
 #include "fmi3_refuse.h"
 
-/* An access to no variable at all is none: fmi3OK. */
+/* An access to no variables is valid: fmi3OK. */
 #define REFUSE_ACCESS(Type)                                                                        \
   fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference references[], size_t n, \
                            fmi3##Type values[], size_t n_values) {                                 \
