@@ -26,15 +26,15 @@ constexpr std::int64_t kSecond = 1'000'000'000;  // ns
 constexpr std::int64_t kHelloWithin = 10 * kSecond;
 constexpr std::int64_t kGoneAfter = kSecond;  // of silence
 constexpr int kAnchors = 8;                   // periods
-constexpr int kFollowed = 100;                // so much of a period the grid moves in one
-constexpr int kMostBeyond = 128;              // datagrams that are looked at after the deadline
-constexpr int kOffs = 4;                      // datagrams: one may be lost
+constexpr int kFollowed = 100;                // due times shift by at most 1/100 of a period each
+constexpr int kMostBeyond = 128;              // maximum number of datagrams read after the deadline
+constexpr int kOffs = 4;                      // datagrams of 0 W, as some may be lost
 
 std::int64_t nanoseconds(const timespec& time) noexcept {
   return time.tv_sec * kSecond + time.tv_nsec;
 }
 
-// Between two times of the program, which may say anything.
+// Between two times of the program, which may have any value.
 double ns_between(std::int64_t from, std::int64_t to) noexcept {
   return static_cast<double>(to) - static_cast<double>(from);
 }
@@ -52,7 +52,7 @@ std::string printable(const std::array<char, 40>& name) {
   return text;
 }
 
-// The kernel stamps with the wall clock: only how long ago that was is used.
+// The kernel's time stamp is of the wall clock; only its age is used.
 std::int64_t received_ns(msghdr& message, std::int64_t not_before_ns) noexcept {
   timespec wall{};
   clock_gettime(CLOCK_REALTIME, &wall);
@@ -65,7 +65,7 @@ std::int64_t received_ns(msghdr& message, std::int64_t not_before_ns) noexcept {
     std::memcpy(&stamp, CMSG_DATA(header), sizeof(stamp));
     received = now - (nanoseconds(wall) - nanoseconds(stamp));
   }
-  // The wall clock was set in between: as old as it can be.
+  // The wall clock was set in between: the largest possible age.
   if (received > now) return not_before_ns;
   return std::max(received, not_before_ns);
 }
@@ -174,7 +174,7 @@ UdpHello UdpDevice::await_hello(std::int64_t give_up_ns) {
                   "until it is welcome; docs/devices.md, \"An acquisition program\""});
 }
 
-// When samples are due: the earliest phase of some in a row, as they only ever come later.
+// Finds when samples are due: the earliest phase of several, as datagrams can only be delayed.
 bool UdpDevice::anchor(std::int64_t give_up_ns) noexcept {
   const std::int64_t started = monotonic_ns();
   const std::uint64_t before = last_.sequence;
@@ -241,7 +241,7 @@ bool UdpDevice::receive(Datagram& datagram) noexcept {
     empty_ns_ = before;
     return false;
   }
-  datagram.size = static_cast<std::size_t>(got);  // of all of it
+  datagram.size = static_cast<std::size_t>(got);  // of the whole datagram, even if it is truncated
   datagram.received_ns = received_ns(message, empty_ns_);
   return true;
 }
@@ -253,7 +253,7 @@ void UdpDevice::wait_until_readable(std::int64_t deadline_ns) const noexcept {
   ppoll(&wait, 1, &timeout, nullptr);
 }
 
-// Whether it is a sample of the program's that may be true.
+// True if it is a plausible sample of this program.
 bool UdpDevice::read(const Datagram& datagram, UdpSample& sample) noexcept {
   if (datagram.from.sin_addr.s_addr != peer_.sin_addr.s_addr ||
       datagram.from.sin_port != peer_.sin_port) {
@@ -272,7 +272,8 @@ bool UdpDevice::read(const Datagram& datagram, UdpSample& sample) noexcept {
   return false;
 }
 
-// It came when its period ended by our clock, and was so long after the one before by its own.
+// True if it arrived at the end of its period by our clock and its distance to the last sample is
+// right by the program's.
 bool UdpDevice::timely(const UdpSample& sample, std::int64_t received) const noexcept {
   const auto period = static_cast<double>(period_ns_);
   const auto periods_since = [&](std::uint64_t sequence) {
@@ -334,7 +335,7 @@ DeviceSample UdpDevice::wait_sample(std::uint64_t) noexcept {
     sample.raw = last_.raw;
     if (behind == 0) sample.volume_temperature = last_.volume_temperature;
     take_readback();
-    // The grid follows the program's clock, as far as clocks differ.
+    // The due times follow the drift of the program's clock.
     const std::int64_t most = period_ns_ / kFollowed;
     due_ns_ += std::clamp(last_received_ns_ - due_ns_, -most, most);
   } else {
@@ -361,7 +362,7 @@ DeviceStatus UdpDevice::write_power(double power, std::uint64_t token) noexcept 
     send(UdpKind::kOff);
     return power == 0.0 ? DeviceStatus::kGood : DeviceStatus::kTimeout;
   }
-  if (token <= token_) return DeviceStatus::kTimeout;  // an old token is no heartbeat
+  if (token <= token_) return DeviceStatus::kTimeout;  // an old token does not count
   token_ = token;
   const bool sent = send(UdpKind::kPower, power, tokens_before_ + token);
   return sent ? DeviceStatus::kGood : DeviceStatus::kTimeout;
@@ -369,7 +370,7 @@ DeviceStatus UdpDevice::write_power(double power, std::uint64_t token) noexcept 
 
 void UdpDevice::safe_off() noexcept {
   off_ = true;
-  if (session_ == 0) return;  // there is nobody yet
+  if (session_ == 0) return;  // no program yet
   for (int i = 0; i < kOffs; ++i) send(UdpKind::kOff);
 }
 

@@ -1,6 +1,6 @@
-// Role: online; an acquisition program of any language as a Device: each control period it sends
-// one datagram and gets one. Used by run, tests. Source: docs/devices.md, "An acquisition program".
-// Units: SI. Real time: the calls of the loop are noexcept, bounded and allocation-free;
+// Role: online; an acquisition program in any language as a Device: in each control period it sends
+// one datagram and receives one. Used by run, tests. Source: docs/devices.md, "An acquisition
+// program". Units: SI. Real time: the calls of the loop are noexcept, bounded and allocation-free;
 // wait_sample blocks by design. Threads: one owner.
 #pragma once
 
@@ -27,13 +27,13 @@ struct UdpHead {
   std::uint32_t magic = kUdpMagic;
   std::uint16_t version = kUdpVersion;
   UdpKind kind = UdpKind::kHello;
-  std::uint64_t session = 0;  ///< of the welcome; 0 in a hello
+  std::uint64_t session = 0;  ///< from the welcome; 0 in a hello
 };
 
 struct UdpHello {
   UdpHead head;
   std::int64_t period_ns = 0;
-  std::uint64_t simulated = 0;  ///< 1: no light can come out
+  std::uint64_t simulated = 0;  ///< 1: it cannot emit light
   std::array<char, 40> name{};  ///< padded with zeros
 };
 
@@ -46,7 +46,7 @@ enum UdpFlag : std::uint64_t {
 };
 inline constexpr std::uint64_t kUdpFlags = (1U << 5U) - 1;  ///< all of them
 
-/// Members as in DeviceSample and Readback; sequence and time by the program's clock.
+/// Members as in DeviceSample and Readback; sequence and time are the program's.
 struct UdpSample {
   UdpHead head{.kind = UdpKind::kSample};
   std::uint64_t sequence = 0;
@@ -58,29 +58,29 @@ struct UdpSample {
   std::uint64_t flags = 0;
 };
 
-/// What the program gets: a welcome, a power, or 0 W for good.
+/// A datagram to the program: a welcome, a power, or the final 0 W.
 struct UdpAnswer {
   UdpHead head;
-  std::uint64_t period = 0;  ///< the sequence number of the period from which the power holds
+  std::uint64_t period = 0;  ///< sequence number of the first period of this power
   std::uint64_t token = 0;
   double power = 0.0;  ///< W
 };
 static_assert(sizeof(UdpHello) == 72 && sizeof(UdpSample) == 72 && sizeof(UdpAnswer) == 40);
 
-/// Datagrams that were not used.
+/// Counts of ignored datagrams.
 struct UdpDrops {
-  std::uint64_t foreign = 0;     ///< another sender's
-  std::uint64_t unreadable = 0;  ///< size, magic, version, kind, session
-  std::uint64_t impossible = 0;  ///< a value that cannot be
-  std::uint64_t old = 0;         ///< of a period that is over: repeated, overtaken
-  std::uint64_t untimely = 0;    ///< not within half a period of when it was due
+  std::uint64_t foreign = 0;     ///< of another sender
+  std::uint64_t unreadable = 0;  ///< wrong size, magic, version, kind or session
+  std::uint64_t impossible = 0;  ///< a value out of range
+  std::uint64_t old = 0;         ///< of an earlier period: repeated or out of order
+  std::uint64_t untimely = 0;    ///< more than half a period off its due time
 };
 
 class UdpDevice {
  public:
-  /// `address`: [HOST:]PORT to listen at. delay: periods from a sample to the power computed from
-  /// it. Waits ten seconds for a program that says hello and sends a sample in each period. Throws
-  /// Error; unless `light_allowed` also for a program that is not simulated.
+  /// `address`: [HOST:]PORT to listen at. `delay`: periods from a sample to the power computed from
+  /// it; `period`: s. Waits ten seconds for a program that sends a hello and then a sample in each
+  /// period. Throws Error, unless `light_allowed` also for a program that is not simulated.
   UdpDevice(const std::string& address, int delay, double period, bool light_allowed);
   ~UdpDevice();
   UdpDevice(const UdpDevice&) = delete;
@@ -88,19 +88,19 @@ class UdpDevice {
 
   const std::string& name() const noexcept { return name_; }
   const UdpDrops& drops() const noexcept { return drops_; }
-  /// The datagrams that did not come or were not used, in words.
+  /// Text with the counts of missing and ignored datagrams.
   std::string status() const;
 
-  /// The next period is cycle 0; cycles, samples and tokens are counted anew. Blocks for some
-  /// periods, at 0 W, to see when samples are due.
+  /// The next period is cycle 0; cycles, samples and tokens are counted from there. Blocks for some
+  /// periods, at 0 W, to find when samples are due.
   void begin() noexcept;
 
-  /// Half a period beyond the sample's time at most, and one and a half periods.
+  /// Blocks until half a period after the sample is due, at most one and a half periods.
   DeviceSample wait_sample(std::uint64_t cycle) noexcept;
   Readback readback() noexcept { return readback_; }
   DeviceStatus write_power(double power, std::uint64_t token) noexcept;
   void heartbeat(std::uint64_t) noexcept {}
-  /// From now on the program gets no token.
+  /// Sends 0 W; the program gets no token afterwards.
   void safe_off() noexcept;
 
  private:
@@ -133,14 +133,14 @@ class UdpDevice {
   std::int64_t period_ns_;
   sockaddr_in peer_{};
   std::uint64_t session_ = 0;
-  std::uint64_t next_ = 1;   // period that is waited for
+  std::uint64_t next_ = 1;   // sequence number of the awaited period
   std::int64_t due_ns_ = 0;  // its end, CLOCK_MONOTONIC
-  UdpSample last_;  // that was believed: of a period before `next_`, or waiting for its turn
+  UdpSample last_;  // accepted: of a period before `next_`, or of a later one, kept for its turn
   std::int64_t last_received_ns_ = 0;
-  std::int64_t empty_ns_ = 0;  // nothing was there to receive
+  std::int64_t empty_ns_ = 0;  // time when nothing was left to receive
   Readback readback_;
   UdpDrops drops_;
-  std::uint64_t missing_ = 0;  // periods
+  std::uint64_t missing_ = 0;  // periods without a sample
   std::uint64_t token_ = 0;
   std::uint64_t samples_before_ = 0;
   std::uint64_t tokens_before_ = 0;

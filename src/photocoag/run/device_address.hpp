@@ -36,7 +36,7 @@ struct DeviceAddress {
 /// The simulated eye of this process as fast as it can.
 inline DeviceAddress virtual_eye() { return {.kind = DeviceAddress::Kind::kVirtual}; }
 
-/// A device's word, WORD[:PATH[,SETTINGS]], and what is to be known of it before it is opened.
+/// A device's word, WORD[:PATH[,SETTINGS]], and its properties before it is opened.
 struct DeviceWord {
   enum class Path : std::uint8_t {
     kOptional,
@@ -47,7 +47,7 @@ struct DeviceWord {
   DeviceAddress::Kind kind;
   Use use;  ///< of the configuration
   Path path;
-  std::string_view described;  ///< in the log; a path that is needed follows
+  std::string_view described;  ///< in the log, followed by a needed path
 };
 inline constexpr std::array kDeviceWords{
     DeviceWord{"eye", DeviceAddress::Kind::kEye, Use::kTreatEye, DeviceWord::Path::kOptional,
