@@ -37,7 +37,7 @@ struct CertifyCommandOptions : CommonOptions {
 constexpr std::size_t kLargestModelFile = 10'000'000;
 constexpr int kExitStopped = 1;
 
-Range range_of(const std::string& option, const std::string& text, Range otherwise) {
+BoxRange range_of(const std::string& option, const std::string& text, BoxRange otherwise) {
   if (text.empty()) return otherwise;
   const std::vector<double> ends = number_list(option, text, -1e3, 1e3);
   if (ends.size() != 2 || ends[0] > ends[1]) {
@@ -58,7 +58,7 @@ CertifiedBox box_of(const CertifyCommandOptions& options, const Config& config,
   }
   CertifiedBox box =
       usual_box(config.control, {estimator.absorption_min, estimator.absorption_max},
-                two ? Range{estimator.choroid_min, estimator.choroid_max} : Range{1.0, 1.0});
+                two ? BoxRange{estimator.choroid_min, estimator.choroid_max} : BoxRange{1.0, 1.0});
   box.absorption = range_of("--alpha", options.absorption, box.absorption);
   box.choroid = range_of("--beta", options.choroid, box.choroid);
   box.free.fill(range_of("--free", options.free, box.free[0]));

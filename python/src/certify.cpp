@@ -10,7 +10,7 @@ namespace photocoag::python {
 namespace {
 
 // None leaves the range unchanged. Throws Error.
-void take(Range& range, const char* name, nb::handle given) {
+void take(BoxRange& range, const char* name, nb::handle given) {
   if (given.is_none()) return;
   const std::vector<double> ends =
       numbers_of(name, given, 2, "two finite numbers, the lower first");
@@ -46,7 +46,7 @@ nb::dict prove(const OwnedConfig& owned, nb::handle absorption, nb::handle choro
     refuse("choroid", choroid, "None: the model has no second factor");
   CertifiedBox box =
       usual_box(config.control, {estimator.absorption_min, estimator.absorption_max},
-                two ? Range{estimator.choroid_min, estimator.choroid_max} : Range{1.0, 1.0});
+                two ? BoxRange{estimator.choroid_min, estimator.choroid_max} : BoxRange{1.0, 1.0});
   take(box.absorption, "absorption", absorption);
   take(box.choroid, "choroid", choroid);
   take(box.free[0], "free", free);

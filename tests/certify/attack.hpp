@@ -45,7 +45,7 @@ class Attack {
   }
 
  private:
-  double draw(const Range& range) {
+  double draw(const BoxRange& range) {
     const double share = std::uniform_real_distribution<>(-0.1, 1.1)(random_);
     return range.low + std::clamp(share, 0.0, 1.0) * (range.high - range.low);
   }

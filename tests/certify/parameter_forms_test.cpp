@@ -86,7 +86,7 @@ TEST(ParameterForms, TheCellHoldsTheControllersProblem) {
     const CertifiedBox whole = box_for(form, 5.0, 35.0);
     for (int trial = 0; trial < 40; ++trial) {
       CertifiedBox box = whole;
-      const auto narrow = [&](Range& range, double share) {
+      const auto narrow = [&](BoxRange& range, double share) {
         const double half = share * range.radius();
         const double middle = range.middle() + (range.radius() - half) * place(random);
         range = {middle - half, middle + half};

@@ -34,7 +34,7 @@ Eigen::VectorXd within_bounds(Eigen::VectorXd log_q, const UncertainModel& model
 }  // namespace
 
 BatchEstimate batch_estimate(const UncertainModel& model, const Belief& belief,
-                             const std::vector<RecordedCycle>& record, std::size_t cycles,
+                             const std::vector<SampledCycle>& record, std::size_t cycles,
                              double noise) {
   const auto count = static_cast<Eigen::Index>(model.count());
   const int calibration = calibration_of(model);

@@ -11,7 +11,7 @@
 namespace photocoag {
 
 /// Power and sample of a cycle.
-struct RecordedCycle {
+struct SampledCycle {
   double power = 0.0;   ///< W
   double sample = 0.0;  ///< K, at its end
 };
@@ -26,7 +26,7 @@ struct BatchEstimate {
 /// Gauss-Newton on every residual of the first `cycles` of `record`, from the prior's mean to
 /// convergence, within the bounds. `noise`: known standard deviation of a sample, K.
 BatchEstimate batch_estimate(const UncertainModel& model, const Belief& belief,
-                             const std::vector<RecordedCycle>& record, std::size_t cycles,
+                             const std::vector<SampledCycle>& record, std::size_t cycles,
                              double noise);
 
 }  // namespace photocoag

@@ -50,7 +50,7 @@ Eye look_at(SpotRunner& runner, const UncertainModel& model, std::uint64_t spot)
   }
   Eye eye;
   eye.alpha = config.plant.absorption_factor;
-  std::vector<RecordedCycle> record;
+  std::vector<SampledCycle> record;
   for (const CycleRecord& cycle : treatment.records) {
     record.push_back({cycle.power, cycle.measured});
     eye.error.push_back(cycle.estimate.outputs.peak - cycle.truth.peak);

@@ -72,7 +72,7 @@ StateVector steady_row(const ReducedModel& model) {
   return StateVector(solve_transposed(rest, Eigen::VectorXd(model.C_peak)));
 }
 
-Taylor place(const Range& range, int axis) {
+Taylor place(const BoxRange& range, int axis) {
   Taylor v{Interval(range.middle())};
   // A radius that surely reaches both ends.
   v.coefficient[axis == 0 ? Taylor::index(1, 0) : Taylor::index(0, 1)] =
@@ -80,8 +80,8 @@ Taylor place(const Range& range, int axis) {
   return v;
 }
 
-std::array<Taylor, kMaxTerms> coefficients_in(const ReducedModel& model, const Range& absorption,
-                                              const Range& choroid) {
+std::array<Taylor, kMaxTerms> coefficients_in(const ReducedModel& model, const BoxRange& absorption,
+                                              const BoxRange& choroid) {
   const Taylor beta = model.parameters.size() == 1 ? Taylor(Interval(1.0)) : place(choroid, 1);
   return coefficients_of(model.theta, place(absorption, 0), beta);
 }
@@ -173,14 +173,15 @@ void CellProblem::condense(const ReducedModel& model, const ControlSettings& set
   condition_ = largest * largest_inverse;
 }
 
-Range reference_powers(const ReducedModel& model, const ControlSettings& settings,
-                       const CertifiedBox& box) {
+BoxRange reference_powers(const ReducedModel& model, const ControlSettings& settings,
+                          const CertifiedBox& box) {
   constexpr int kParts = 16;
   const StateVector row = steady_row(model);
   Interval all(kUnbounded, -kUnbounded);
-  const auto part = [](const Range& whole, int i) {
+  const auto part = [](const BoxRange& whole, int i) {
     const double width = (whole.high - whole.low) / kParts;
-    return Range{whole.low + width * i, i + 1 == kParts ? whole.high : whole.low + width * (i + 1)};
+    return BoxRange{whole.low + width * i,
+                    i + 1 == kParts ? whole.high : whole.low + width * (i + 1)};
   };
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {

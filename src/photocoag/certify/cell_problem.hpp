@@ -119,7 +119,7 @@ class CellProblem {
 inline constexpr double kUndecided = 1e-8;
 
 /// All u_ref of the box, W.
-Range reference_powers(const ReducedModel& model, const ControlSettings& settings,
-                       const CertifiedBox& box);
+BoxRange reference_powers(const ReducedModel& model, const ControlSettings& settings,
+                          const CertifiedBox& box);
 
 }  // namespace photocoag

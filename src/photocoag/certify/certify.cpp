@@ -35,8 +35,8 @@ struct Piece {
 };
 
 // The ranges of a box that matter, in one order.
-std::vector<Range*> ranges_of(CertifiedBox& box, int inputs, bool choroid, bool previous) {
-  std::vector<Range*> ranges{&box.absorption};
+std::vector<BoxRange*> ranges_of(CertifiedBox& box, int inputs, bool choroid, bool previous) {
+  std::vector<BoxRange*> ranges{&box.absorption};
   if (choroid) ranges.push_back(&box.choroid);
   for (int k = 0; k < inputs; ++k) ranges.push_back(&box.free[k]);
   if (previous) ranges.push_back(&box.previous);
@@ -55,7 +55,7 @@ class Certifier {
         progress_(progress),
         inputs_(settings.horizon - 1) {
     if (settings.power_change_weight > 0.0) {  // the first cycle's u_prev is u_ref
-      const Range first = reference_powers(model, settings, box_);
+      const BoxRange first = reference_powers(model, settings, box_);
       box_.previous = {std::min(box_.previous.low, first.low),
                        std::max(box_.previous.high, first.high)};
     }
@@ -115,7 +115,7 @@ class Certifier {
     std::uint64_t drawn = 16 * (4 * i + static_cast<std::uint64_t>(cycle));
     const auto random = [&] { return uniform(options_.seed, drawn++, RandomStream::kStudy); };
     const double reach = std::pow(10.0, -3.0 * random());
-    const auto place = [&](const Range& range, double& value) {
+    const auto place = [&](const BoxRange& range, double& value) {
       if (near) {
         value += (2.0 * random() - 1.0) * reach * (range.high - range.low);
         value = std::clamp(value, range.low, range.high);
@@ -183,7 +183,7 @@ class Certifier {
   ParameterPoint point_at(const CertifiedBox& box,
                           const std::array<double, kMaxDimensions>& x) const {
     std::size_t i = 0;
-    const auto at = [&](const Range& range) {
+    const auto at = [&](const BoxRange& range) {
       return std::clamp(range.middle() + x[i++] * range.radius(), range.low, range.high);
     };
     ParameterPoint point;
@@ -224,11 +224,11 @@ class Certifier {
     ++result.halvings;
     result.volume *= 0.5;
     const bool previous = settings_.power_change_weight > 0.0;
-    const std::vector<Range*> ranges =
+    const std::vector<BoxRange*> ranges =
         ranges_of(result.box, inputs_, model_.parameters.size() == 2, previous);
-    Range* widest = ranges.front();
+    BoxRange* widest = ranges.front();
     double largest = 0.0;
-    for (Range* range : ranges) {
+    for (BoxRange* range : ranges) {
       double width = (range->high - range->low) / settings_.peak_max;
       if (range == &result.box.absorption || range == &result.box.choroid) {
         width = kAbsorptionCounts * std::log(range->high / range->low);

@@ -7,7 +7,7 @@
 namespace photocoag {
 namespace {
 
-void require_range(const Range& range, double low, double high, const char* name,
+void require_range(const BoxRange& range, double low, double high, const char* name,
                    const char* accepted) {
   if (range.low >= low && range.high <= high && range.low <= range.high) return;
   throw Error(ErrorParts{.key = name,
@@ -27,13 +27,13 @@ void refuse(const char* key, std::string found, std::string accepted) {
 void CertifiedBox::validate() const {
   require_range(absorption, 0.05, 5.0, "--alpha", "a range from 0.05 to 5");
   require_range(choroid, 0.05, 5.0, "--beta", "a range from 0.05 to 5");
-  for (const Range& stage : free) {
+  for (const BoxRange& stage : free) {
     require_range(stage, -150.0, 300.0, "--free", "a range from -150 to 300 K");
   }
   require_range(previous, -1.0, 2.0, "--previous", "a range from -1 to 2 W");
 }
 
-CertifiedBox usual_box(const ControlSettings& settings, Range absorption, Range choroid) {
+CertifiedBox usual_box(const ControlSettings& settings, BoxRange absorption, BoxRange choroid) {
   CertifiedBox box{.absorption = absorption,
                    .choroid = choroid,
                    .previous = {settings.power_min, settings.power_max}};

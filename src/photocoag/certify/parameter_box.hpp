@@ -12,7 +12,7 @@ namespace photocoag {
 
 inline constexpr int kMaxCertifiedHorizon = 5;
 
-struct Range {
+struct BoxRange {
   double low = 0.0;
   double high = 0.0;
 
@@ -25,17 +25,17 @@ inline constexpr int kMaxStages = kMaxCertifiedHorizon - 1;  // N - 1
 /// Ranges of the free responses f_1 … f_{N-1}, independently, and of everything else that changes
 /// from cycle to cycle. u_ref follows from alpha and beta (E21).
 struct CertifiedBox {
-  Range absorption{0.2, 2.0};
-  Range choroid{1.0, 1.0};               // beta; ignored for one parameter
-  std::array<Range, kMaxStages> free{};  // K
-  Range previous{0.0, 0.1};              // W, u_prev; ignored without control.power_change_weight
+  BoxRange absorption{0.2, 2.0};
+  BoxRange choroid{1.0, 1.0};               // beta; ignored for one parameter
+  std::array<BoxRange, kMaxStages> free{};  // K
+  BoxRange previous{0.0, 0.1};  // W, u_prev; ignored without control.power_change_weight
 
   /// Throws Error naming the range.
   void validate() const;
 };
 
 /// Default box of `certify`: free responses from 0 to 1.25 times the limit, all powers.
-CertifiedBox usual_box(const ControlSettings& settings, Range absorption, Range choroid);
+CertifiedBox usual_box(const ControlSettings& settings, BoxRange absorption, BoxRange choroid);
 
 /// Throws Error naming the first setting for which the count of active-set changes cannot be
 /// proved: another solver than dense, a robust limit, a reference that changes, a longer horizon.

@@ -48,7 +48,7 @@ struct Inside {
   double first = 0.0, last = 1.0;
 };
 
-Inside inside(const Place& place, double ax, double ay, double bx, double by) {
+Inside inside(const PanelPlace& place, double ax, double ay, double bx, double by) {
   Inside part;
   const auto keep = [&part](double step, double room) {
     if (step < 0.0) part.first = std::max(part.first, room / step);
@@ -65,7 +65,7 @@ Inside inside(const Place& place, double ax, double ay, double bx, double by) {
 // A line through points, cut at the panel's edges.
 class CutLine {
  public:
-  CutLine(const Place& place, Path& path) : place_(place), path_(path) {}
+  CutLine(const PanelPlace& place, Path& path) : place_(place), path_(path) {}
   void to(double x, double y) {
     if (!std::isfinite(y)) {
       down_ = started_ = false;
@@ -85,13 +85,13 @@ class CutLine {
   }
 
  private:
-  const Place& place_;
+  const PanelPlace& place_;
   Path& path_;
   bool started_ = false, down_ = false;  // there is a last point; the path ends there
   double x_ = 0.0, y_ = 0.0;
 };
 
-Path line_of(const Series& series, const Place& place) {
+Path line_of(const Series& series, const PanelPlace& place) {
   Path path;
   CutLine line(place, path);
   double before = NAN;
@@ -111,7 +111,7 @@ Path line_of(const Series& series, const Place& place) {
 }
 
 // Bars stand on the panel's lower edge.
-Path bars_of(const Series& series, const Place& place) {
+Path bars_of(const Series& series, const PanelPlace& place) {
   Path path;
   const auto x = [&](std::size_t k) {
     return std::clamp(place.x(series.x[k]), place.left(), place.right());
@@ -145,11 +145,11 @@ Band visible(const Band& band, const Figure& figure) {
   return part_of(band, figure, {&Band::x, &Band::low, &Band::high});
 }
 
-Path path_of(const Series& series, const Place& place) {
+Path path_of(const Series& series, const PanelPlace& place) {
   return series.mark == Mark::kBars ? bars_of(series, place) : line_of(series, place);
 }
 
-Path path_of(const Band& band, const Place& place) {
+Path path_of(const Band& band, const PanelPlace& place) {
   Path path;
   const auto finite = [&](std::size_t k) {
     return std::isfinite(band.low[k]) && std::isfinite(band.high[k]);

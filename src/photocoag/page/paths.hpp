@@ -27,7 +27,7 @@ class Path {
 };
 
 /// One panel and its position.
-struct Place {
+struct PanelPlace {
   const Figure& figure;
   const Panel& panel;
   const FigureLayout& layout;
@@ -51,8 +51,8 @@ Series visible(const Series& series, const Figure& figure);
 Band visible(const Band& band, const Figure& figure);
 
 /// A series as lines, steps, dots or bars; bars stand on the panel's lower edge.
-Path path_of(const Series& series, const Place& place);
+Path path_of(const Series& series, const PanelPlace& place);
 /// The area of a band; a gap parts it.
-Path path_of(const Band& band, const Place& place);
+Path path_of(const Band& band, const PanelPlace& place);
 
 }  // namespace photocoag::figure_detail

@@ -53,7 +53,7 @@ std::vector<Tick> ticks(double low, double high, const Ticks& how, bool log) {
 }
 
 // The grid, marks and labels of one axis; the script draws them anew when it zooms.
-void axis(std::string& svg, const Place& place, bool up) {
+void axis(std::string& svg, const PanelPlace& place, bool up) {
   const Figure& figure = place.figure;
   const PanelLayout& area = place.area;
   Path grid, marks;
@@ -77,7 +77,7 @@ void axis(std::string& svg, const Place& place, bool up) {
   svg += words + "</g>\n";
 }
 
-void axes(std::string& svg, const Place& place) {
+void axes(std::string& svg, const PanelPlace& place) {
   axis(svg, place, false);
   axis(svg, place, true);
   Path border;
@@ -135,7 +135,7 @@ class Data {
 
 std::string level_data(const Level& level) { return fmt::format(" data-level=\"{}\"", level.y); }
 
-void level_line(std::string& svg, const Place& place, const Level& level) {
+void level_line(std::string& svg, const PanelPlace& place, const Level& level) {
   if (!place.shows(level.y)) return;
   Path line;
   line.move(place.left(), place.y(level.y));
@@ -144,14 +144,14 @@ void level_line(std::string& svg, const Place& place, const Level& level) {
          level_data(level));
 }
 
-void level_name(std::string& svg, const Place& place, const Level& level) {
+void level_name(std::string& svg, const PanelPlace& place, const Level& level) {
   if (level.label.empty() || !place.shows(level.y)) return;
   text(svg, fmt::format("pc-text-level pc-area-text-{}", class_of(level.ink)), place.right() - 2.0,
        place.y(level.y) + (level.label_below ? 13.0 : -4.0), "end", level.label, level_data(level));
 }
 
 // About a point per px.
-void draw_contour(std::string& svg, const Place& place, const Contour& contour) {
+void draw_contour(std::string& svg, const PanelPlace& place, const Contour& contour) {
   Path path;
   for (const Isoline& line : contour.lines) {
     double last_x = NAN, last_y = NAN;
@@ -168,7 +168,7 @@ void draw_contour(std::string& svg, const Place& place, const Contour& contour) 
 }
 
 // Labels at the bottom of the lines where there is room, the outermost first.
-void contour_names(std::string& svg, const Place& place) {
+void contour_names(std::string& svg, const PanelPlace& place) {
   double last = NAN;
   for (const Contour& contour : place.panel.contours) {
     double foot_x = 0.0, foot_y = -1.0;
@@ -185,7 +185,7 @@ void contour_names(std::string& svg, const Place& place) {
   }
 }
 
-void curves(std::string& svg, const Place& place, Data& data) {
+void curves(std::string& svg, const PanelPlace& place, Data& data) {
   const Panel& panel = place.panel;
   for (const Contour& one : panel.contours) draw_contour(svg, place, one);
   for (const Band& whole : panel.bands) {
@@ -237,7 +237,7 @@ void legend(std::string& svg, const PanelLayout& area) {
   }
 }
 
-void draw(std::string& svg, const Place& place, Data& data) {
+void draw(std::string& svg, const PanelPlace& place, Data& data) {
   const Scale& y = place.area.y;
   fmt::format_to(Out(svg), "<g data-panel=\"{:g} {:g} {} {} {:d}\">\n", place.area.top,
                  place.area.bottom, y.min, y.max, y.log);
