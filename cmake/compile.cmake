@@ -28,7 +28,7 @@ endfunction()
 # photocoag_compiled(TARGET [COLD REGEX] [ALONE REGEX]). COLD: runs once per command, not once per step; at -O1, up to a
 # quarter less time to compile, the same numbers. The cycle's own files instantiate no template of Eigen's out of line that
 # these could bring along. ALONE: take long, have options of their own or are not a part of every build. The others of a
-# folder are compiled together, up to eight at a time: no two of them may give a name to different things in their unnamed
+# folder are compiled together, up to twelve at a time: no two of them may give a name to different things in their unnamed
 # namespaces (tests/architecture/unnamed_test.cpp).
 function(photocoag_compiled name)
   cmake_parse_arguments(ARG "" "COLD;ALONE" "" ${ARGN})
@@ -61,7 +61,7 @@ function(photocoag_compiled name)
       continue()
     endif()
     list(LENGTH of_${group} files)
-    math(EXPR parts "(${files} + 7) / 8")
+    math(EXPR parts "(${files} + 11) / 12")
     foreach(part RANGE 1 ${parts})
       math(EXPR first "${files} * (${part} - 1) / ${parts}")
       math(EXPR count "${files} * ${part} / ${parts} - ${first}")
