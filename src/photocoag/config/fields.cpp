@@ -33,21 +33,20 @@ std::vector<Field> safety_fields(SafetySettings& s) {
   table.number("power_rise_max_W", s.power_rise_max, kWatt, {0, 1, true},
                "largest rise of the power from one period to the next");
   table.number("energy_max_mJ", s.energy_max, {"mJ", -3}, {0, 60000, true},
-               "emitted in one treatment; then it is done");
+               "emitted energy at which a treatment ends");
   table.number("exposure_max_ms", s.exposure_max, kMilliseconds, {0, 60000, true},
-               "time with light in one treatment; then it is done");
+               "time with light after which a treatment ends");
   table.number("thermal_dose_max", s.thermal_dose_max, kOne, {0, 1e6},
-               "Arrhenius integral (schlott_2012) at which the treatment is done; 0: not limited");
+               "Arrhenius integral (schlott_2012) at which the treatment ends; 0: no limit");
   table.number("power_accuracy_relative", s.power_accuracy, kOne, {0, 0.5},
-               "what an outside power meter leaves open of the true power; the gate keeps it as a "
-               "margin");
+               "uncertainty of the true power by an external power meter; a margin of the gate");
   table.number("sample_gain_accuracy_relative", s.sample_gain_accuracy, kOne, {0, 0.5},
-               "the same of the samples' gain, by an outside temperature standard");
+               "the same for the samples' gain, by an external temperature standard");
   table.word("real_time", s.real_time, {"observe", "enforce"},
              "enforce: refuse without SCHED_FIFO and locked memory, strict about overruns and held "
              "powers; observe: a simulated eye only");
   table.integer("core", s.core, -1, 1023,
-                "core that the loop of `treat` is pinned to, best an isolated one; -1: none");
+                "core to which the loop of `treat` is pinned, best an isolated one; -1: none");
   return table.take();
 }
 
@@ -71,9 +70,9 @@ std::vector<Field> uncertainty_fields(UncertaintySettings& s) {
   table.number("spot_radius_relative", s.spot_radius, kOne, {0, 0.5},
                "relative, either way: 0.1 is 10 %");
   table.number("thickness_relative", s.thickness, kOne, {0, 0.5},
-               "the same, of every layer by itself");
+               "the same, for each layer independently");
   table.number("absorption_relative", s.absorption, kOne, {0, 0.5},
-               "the same, of the layers that alpha does not scale (the choroid)");
+               "the same, for the layers that alpha does not scale (the choroid)");
   return table.take();
 }
 
@@ -86,20 +85,20 @@ std::vector<Field> plant_fields(PlantSettings& s) {
   table.number("choroid_factor", s.choroid_factor, kOne, {0.05, 20},
                "the true beta; 1 unless a layer has scaled_by = \"beta\"");
   table.number("noise_K", s.noise, kKelvin, {0, 20}, "standard deviation per control sample");
-  table.number("sample_averaging_periods", s.bench.timing.averaging, kPeriods, {0, 1},
-               "the sample is the mean of the volume temperature over so much of a period; 0: its "
-               "value");
+  table.number(
+      "sample_averaging_periods", s.bench.timing.averaging, kPeriods, {0, 1},
+      "the sample is the mean of the volume temperature over this part of a period; 0: its value");
   table.number("sample_lag_periods", s.bench.timing.sample_lag, kPeriods, {0, 1},
-               "and shows what was so long before the period's end");
+               "the sample is taken this long before the period's end");
   table.number("power_lag_periods", s.bench.timing.power_lag, kPeriods, {0, 1},
-               "a power acts so late, and so much longer");
+               "a power takes effect this much later, and lasts as much longer");
   table.word("power_readback", s.bench.readback, {"emitted", "none"},
              "mean of the emitted power over the period, or none: the command is taken for it");
   table.number("power_gain", s.bench.power_gain, kOne, {0.5, 2}, "emitted / commanded power");
   table.number("sample_gain", s.bench.sample_gain, kOne, {0.5, 2},
-               "shown / true volume temperature, the noise aside");
+               "measured / true volume temperature, without noise");
   table.number("sample_offset_K", s.bench.sample_offset, kKelvin, {-50, 50},
-               "added to what is shown, all the time: a baseline that was wrong");
+               "constant error of every sample: a baseline that was wrong");
   table.number("absorption_drift_per_s", s.bench.absorption_drift, {"1/s"}, {-10, 10},
                "of the true alpha, relative to absorption_factor, linear in time; from 0.05 to 5");
   table.word("zero_power_sample", s.zero_power_sample, {"measured", "missing"},
@@ -112,19 +111,21 @@ std::vector<Field> plant_fields(PlantSettings& s) {
 std::vector<Field> photoacoustic_fields(PhotoacousticSettings& s) {
   using namespace units;
   FieldTable table("photoacoustics");
-  table.word("sampling", s.sampling, {"instant", "pulses"},
-             "of a control sample: at the end of its period, or the mean over its pulses, each "
-             "just before its own heat; treat --device eye sets \"pulses\"");
+  table.word(
+      "sampling", s.sampling, {"instant", "pulses"},
+      "a control sample is the value at the end of its period, or the mean over its pulses, each "
+      "just before its own heat; treat --device eye sets \"pulses\"");
   table.path("calibration", s.calibration,
              "the Grueneisen curve made by `photocoag calibrate`; empty: water-like, not verified");
   table.number("pulse_period_ms", s.pulse_period, kMilliseconds, {0.02, 10},
-               "of the laser; a whole fraction of control.period_ms");
+               "between laser pulses; a whole fraction of control.period_ms");
   table.integer("baseline_pulses", s.baseline_pulses, 16, 100000,
-                "of cold tissue before a treatment");
+                "on cold tissue before a treatment");
   table.path("eye_calibration", s.eye_calibration,
              "the simulated eye's true curve; empty: that of calibration");
-  table.word("eye_noise", s.eye_noise, {"temperature", "voltage"},
-             "of the simulated eye: the same in K, or in volts (plant.noise_K at 2.6 uJ, cold)");
+  table.word(
+      "eye_noise", s.eye_noise, {"temperature", "voltage"},
+      "noise of the simulated eye: constant in K, or in volts (plant.noise_K at 2.6 uJ, cold)");
   table.word("eye_pacing", s.eye_pacing, {"auto", "wall", "lockstep"},
              "of the simulated eye's process: by the clock, in lockstep with the controller (real "
              "time is then not measured), or auto: the clock where both keep it");

@@ -34,19 +34,20 @@ std::vector<Field> fields_of(EstimatorSettings& s) {
   table.word("unknowns", s.unknowns, {"rpe", "rpe-and-choroid"},
              "alpha, or alpha and beta, which needs a layer with scaled_by = \"beta\"");
   table.number("choroid_initial", s.choroid_initial, kOne, {0.05, 20},
-               "beta before the first sample; constant where it is not estimated");
+               "beta before the first sample; its constant value if not estimated");
   table.number("choroid_sigma_initial", s.choroid_sigma_initial, kOne, {0, 2, true},
                "its standard deviation");
   table.number("choroid_min", s.choroid_min, kOne, {0.05, 20}, "beta is kept at or above");
   table.number("choroid_max", s.choroid_max, kOne, {0.05, 20}, "beta is kept at or below");
   table.number("choroid_process_noise", s.choroid_process_noise, kOne, {0, 0.1},
                "standard deviation added to beta per control sample");
-  table.number("sample_averaging_periods", s.timing.averaging, kPeriods, {0, 1},
-               "known of the samples: means over so much; the three at most 1 in sum");
+  table.number(
+      "sample_averaging_periods", s.timing.averaging, kPeriods, {0, 1},
+      "the estimator's samples: means over this part of a period; with the two lags at most 1");
   table.number("sample_lag_periods", s.timing.sample_lag, kPeriods, {0, 1},
-               "known of the samples: so late");
+               "the estimator's samples: taken this long before the period's end");
   table.number("power_lag_periods", s.timing.power_lag, kPeriods, {0, 1},
-               "known of the power: acts so late");
+               "the estimator's power: takes effect this much later");
   return table.take();
 }
 

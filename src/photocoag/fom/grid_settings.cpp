@@ -7,7 +7,7 @@ namespace photocoag {
 std::vector<Field> fields_of(GridSettings& settings) {
   FieldTable table("grid");
   table.integer("min_cells", settings.min_cells, 1000, 1'000'000,
-                "the grid has at least so many cells; the paper: more than 80000");
+                "smallest number of cells; the paper: more than 80000");
   return table.take();
 }
 

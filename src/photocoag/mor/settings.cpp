@@ -36,13 +36,13 @@ std::vector<Field> fields_of(ReductionSettings& s) {
              "fits the projected model's numbers to the full-order model's responses");
   table.word("parameter_dependence", s.parameter_dependence,
              {kParameterDependenceWords.begin(), kParameterDependenceWords.end()},
-             "of inputs and volume output on alpha; method \"taylor\" uses its own series");
+             "how inputs and volume output depend on alpha; method \"taylor\" uses its own series");
   table.integer("parameter_terms", s.parameter_terms, 0, 12,
                 "its number of terms; 0: 8 for \"chebyshev\", else 5; with beta 12 and 8");
   table.number("choroid_min", s.choroid_min, kOne, {0.05, 20},
-               "the model is made and its error measured for beta from here");
+               "smallest beta for which the model is made and its error measured");
   table.number("choroid_max", s.choroid_max, kOne, {0.05, 20},
-               "to here; beta counts where a layer has scaled_by = \"beta\"");
+               "largest; used only if a layer has scaled_by = \"beta\"");
   return table.take();
 }
 

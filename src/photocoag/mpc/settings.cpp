@@ -71,16 +71,17 @@ std::vector<Field> fields_of(ControlSettings& s) {
                 "ascending; of reference_K. Both empty: peak_reference_K throughout");
   table.numbers("reference_K", s.reference_values, kKelvin, {0, 150, true},
                 "references at these times, linear between, constant beyond the last");
-  table.word("robust", s.robust, {"none", "certified", "chance"},
-             "certified: the limit holds for the estimate plus robust_sigma deviations and the "
-             "model's proved error; chance: with all but limit_probability, given [[prior]]");
+  table.word(
+      "robust", s.robust, {"none", "certified", "chance"},
+      "certified: the limit holds for the estimate plus robust_sigma deviations and the "
+      "model's proved error; chance: it holds except with limit_probability, given [[prior]]");
   table.number("robust_sigma", s.robust_sigma, kOne, {0, 10}, "standard deviations");
   table.number("limit_probability", s.limit_probability, kOne, {1e-6, 0.5},
-               "with robust \"chance\": of a treatment to exceed peak_max_K");
+               "with robust \"chance\": probability that a treatment exceeds peak_max_K");
   table.number("identification_ms", s.identification_duration, kMilliseconds, {0, 60000},
                "the longest gentle start, with robust \"chance\"; 0: none");
   table.number("identification_power_W", s.identification_power, kWatt, {0, 1, true},
-               "of that start");
+               "highest power during that start");
   table.number("identification_sigma_K", s.identification_sigma, kKelvin, {0, 50},
                "it ends once the peak at the reference is known to this standard deviation; 0: by "
                "time only");
@@ -88,14 +89,14 @@ std::vector<Field> fields_of(ControlSettings& s) {
                 "periods from a sample to the power computed from it");
   table.integer("solve_every", s.solve_every, 1, 49,
                 "periods from one solution to the next, below horizon; its plan in between");
-  table.number("first_power_W", s.first_power, kWatt, {0, 1},
-               "of the first period, given instead of solved for: 0.02 in the paper's experiments; "
-               "0: solved for");
+  table.number(
+      "first_power_W", s.first_power, kWatt, {0, 1},
+      "power of the first period, prescribed: 0.02 in the paper's experiments; 0: solved for");
   table.word("solver", s.solver, {"dense", "osqp", "osqp-condensed"},
              "of the quadratic program: exact, or the paper's OSQP on the sparse or the condensed "
              "problem");
   table.number("osqp_tolerance", s.osqp_tolerance, kOne, {1e-6, 0.1},
-               "of OSQP, absolute and relative; its default is 1e-3");
+               "absolute and relative tolerance of OSQP; its default is 1e-3");
   return table.take();
 }
 
