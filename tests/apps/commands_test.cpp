@@ -240,7 +240,11 @@ TEST(Commands, BenchPrintsEveryRow) {
     EXPECT_GT(row["worst_step_us"].get<double>(), 0.0) << row;
     EXPECT_GT(row["mean_us"].get<double>(), 0.0) << row;
   }
-  for (const Json& row : json["rows"]) EXPECT_GT(row["median_us"].get<double>(), 0.0);
+  // A step may be shorter than what reading the thread's clock differs by; mean_us counts many.
+  for (const Json& row : json["rows"]) {
+    const double median = row["median_us"].get<double>();
+    EXPECT_TRUE(median > 0.0 || (median == 0.0 && row["mean_us"] < 1.0)) << row;
+  }
 }
 
 TEST(Commands, BenchQpComparesEverySolverOnTheSameProblems) {

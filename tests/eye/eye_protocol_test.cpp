@@ -165,7 +165,7 @@ TEST(EyeProtocol, AServerThatTakesNoConnectionIsGivenUp) {
   while (problem.empty() && waiting.size() < 1000) {
     problem = message_of([&] { waiting.push_back(connect_to(folder.file("deaf"), 50)); });
   }
-  EXPECT_NE(problem.find("takes no connection"), std::string::npos) << problem;
+  EXPECT_NE(problem.find("accepts no connection"), std::string::npos) << problem;
   for (const int connection : waiting) close(connection);
 }
 

@@ -63,12 +63,14 @@ TEST(Accuracy, OtherRandomSignalsGiveLittleMore) {
 // those a model is judged by.
 TEST(Accuracy, CheckIsDisjointFromTraining) {
   std::vector<double> trained;
-  for (const std::string file : {"pod.cpp", "refine.cpp"}) {
+  using Words = std::pair<std::string, std::string>;
+  for (const auto& [file, table] :
+       {Words("pod.cpp", "kSnapshotAlphas{{"), Words("refine.cpp", "kTraining{{")}) {
     std::ifstream stream(std::string(PHOTOCOAG_SOURCE_DIR) + "/src/photocoag/mor/" + file);
     std::stringstream source;
     source << stream.rdbuf();
     const std::string text = source.str();
-    const std::size_t start = text.find("kTraining{{");
+    const std::size_t start = text.find(table);
     ASSERT_NE(start, std::string::npos) << file;
     const std::size_t end = text.find(';', start);
     // Each entry is {alpha, weight, …}.
