@@ -67,14 +67,6 @@ MatrixXd solve_from_right(const MatrixXd& A, const MatrixXd& B) {
 
 MatrixXd inverse(const MatrixXd& A) { return A.partialPivLu().inverse(); }
 
-LongVector solve_rank_revealing(const LongMatrix& A, const LongVector& b, long double threshold) {
-  Eigen::FullPivLU<LongMatrix> lu(A);
-  lu.setThreshold(threshold);
-  LongVector x = lu.solve(b);
-  x += lu.solve(b - A * x);
-  return x;
-}
-
 MatrixXd exponential(const MatrixXd& A) { return A.exp(); }
 
 std::optional<MatrixXd> cholesky(const MatrixXd& A) {
