@@ -76,6 +76,7 @@ cp "$1/photocoag" "$own"
 cat >"$work/fakes/cmake" <<'END'
 #!/usr/bin/env bash
 echo "cmake $*" >>"$LOG"
+[ "$1" != --find-package ] || exit 0
 if [ "$1" = --build ]; then
   grep -q "FULL:BOOL=ON" "$2/CMakeCache.txt" || [ "$4" = photocoag ] || { echo "unknown target $4"; exit 1; }
   mkdir -p "$2/apps"
@@ -103,3 +104,22 @@ says "-DPHOTOCOAG_FULL=OFF" && says "--target photocoag$" && silent libhdf5-dev
 says "-DPHOTOCOAG_FULL=ON" && says "--target photocoag_full$" && says libhdf5-dev
 [ "$(owner treat)" = ran:treat ]
 says "--target photocoag$" && silent "FULL"
+# OSQP is looked for, and else built, when the whole is or when the solver is named: not by a comment.
+printf '[control]\nsolver = "dense" # or "osqp"\n' >"$work/dense.toml"
+printf '[control]\nsolver = "osqp"\n' >"$work/paper.toml"
+looks_for_osqp() {
+  rm -rf "$own/build/deps/osqp"
+  owner "$@" >/dev/null
+  says "--find-package -DNAME=osqp"
+}
+rm -r "$own/build/deps/osqp"
+for quiet in treat "simulate --config $work/dense.toml"; do
+  owner $quiet >/dev/null
+  silent --find-package
+done
+looks_for_osqp simulate --set control.solver=osqp
+looks_for_osqp simulate --config "$work/paper.toml"
+looks_for_osqp simulate "--config=$work/paper.toml"
+looks_for_osqp campaign x
+owner campaign x >/dev/null
+silent --find-package
