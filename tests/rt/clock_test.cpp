@@ -163,6 +163,7 @@ TEST(RealTime, PageFaultsAreThoseOfTheThread) {
     const std::size_t size = kPages * 4096;
     void* fresh = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     ASSERT_NE(fresh, MAP_FAILED);
+    munlock(fresh, size);  // an earlier test may have locked the process's future memory
     madvise(fresh, size, MADV_NOHUGEPAGE);
     volatile auto* bytes = static_cast<unsigned char*>(fresh);
     const auto touch = [&] {
@@ -172,7 +173,7 @@ TEST(RealTime, PageFaultsAreThoseOfTheThread) {
     PageFaults before = page_faults();
     touch();
     again = page_faults() - before;
-    madvise(fresh, size, MADV_DONTNEED);
+    EXPECT_EQ(madvise(fresh, size, MADV_DONTNEED), 0);
     before = page_faults();
     touch();
     touched = page_faults() - before;
