@@ -25,25 +25,51 @@ function(photocoag_cold_headers)
   endif()
 endfunction()
 
-# photocoag_compiled(TARGET [COLD REGEX] [ALONE REGEX]). COLD: runs once per command, not once per step; at -O1, up to a
-# quarter less time to compile, the same numbers. The cycle's own files instantiate no template of Eigen's out of line that
-# these could bring along. ALONE: take long, have options of their own or are not a part of every build. The others of a
-# folder are compiled together, up to twelve at a time: no two of them may give a name to different things in their unnamed
-# namespaces (tests/architecture/unnamed_test.cpp).
+# photocoag_named(OUT LIST NAME…): those of the LIST of sources that are named as FOLDER/FILE without .cpp; * is any part of
+# a FILE. A name that none of them has is an error: its file was renamed or removed, and the list was not.
+function(photocoag_named out list)
+  set(named "")
+  foreach(name IN LISTS ARGN)
+    string(REPLACE "*" "[^/]*" pattern ${name})
+    set(found ${${list}})
+    list(FILTER found INCLUDE REGEX "/${pattern}\\.cpp$")
+    if(NOT found)
+      message(FATAL_ERROR "A list of files names ${name}.cpp, and no such file is among the sources. Renamed or removed?")
+    endif()
+    list(APPEND named ${found})
+  endforeach()
+  set(${out} ${named} PARENT_SCOPE)
+endfunction()
+
+# photocoag_without(TARGET NAME…): takes the sources of these names (as above) out of the target.
+function(photocoag_without target)
+  get_target_property(sources ${target} SOURCES)
+  photocoag_named(without sources ${ARGN})
+  list(REMOVE_ITEM sources ${without})
+  set_property(TARGET ${target} PROPERTY SOURCES ${sources})
+endfunction()
+
+# photocoag_compiled(TARGET [COLD NAME…] [ALONE NAME…]), names as above. COLD: runs once per command, not once per step; at
+# -O1, up to a quarter less time to compile, the same numbers. The cycle's own files instantiate no template of Eigen's out
+# of line that these could bring along. ALONE: take long, have options of their own or are not a part of every build. The
+# others of a folder are compiled together, up to twelve at a time: no two of them may give a name to different things in
+# their unnamed namespaces (tests/architecture/unnamed_test.cpp).
 function(photocoag_compiled name)
-  cmake_parse_arguments(ARG "" "COLD;ALONE" "" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "COLD;ALONE" ${ARGN})
   set(hot "")
   set(cold "")
   get_target_property(sources ${name} SOURCES)
   list(TRANSFORM sources REPLACE "^([^/].*)$" "${CMAKE_CURRENT_SOURCE_DIR}/\\1")
   list(SORT sources)
+  photocoag_named(cold_sources sources ${ARG_COLD})
+  photocoag_named(alone_sources sources ${ARG_ALONE})
   set(groups "")
   foreach(source IN LISTS sources)
     set(temperature hot)
-    if(ARG_COLD AND source MATCHES "${ARG_COLD}")
+    if(source IN_LIST cold_sources)
       set(temperature cold)
     endif()
-    if(ARG_ALONE AND source MATCHES "${ARG_ALONE}")
+    if(source IN_LIST alone_sources)
       list(APPEND ${temperature} ${source})
     else()
       cmake_path(GET source PARENT_PATH folder)
