@@ -1,13 +1,16 @@
 // Every ./photocoag command line in a document is one that the program takes: the command exists,
-// its help lists the options, and the configuration that --config and --set describe is valid.
+// its help lists the options, and the configuration that --config and --set describe is valid. What
+// a document's table of commands says of them is what --help says.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -79,6 +82,49 @@ std::string configuration_of(const std::string& command) {
     options += match->str();
   }
   return options;
+}
+
+/// The table of commands as a document has it, from --help: a row for each group and each command.
+std::vector<std::string> table_of_help() {
+  std::vector<std::string> rows;
+  std::string group;
+  std::istringstream help(program("--help").output);
+  const std::regex command("  ([a-z][a-z-]*) +(.+)");
+  std::smatch match;
+  for (std::string line; std::getline(help, line) && line != "Examples:";) {
+    if (!line.starts_with(' ') && line.ends_with(':')) group = line.substr(0, line.size() - 1);
+    if (!std::regex_match(line, match, command)) continue;
+    if (!group.empty()) rows.push_back("| **" + group + "** | |");
+    group.clear();
+    rows.push_back("| `" + match[1].str() + "` | " + match[2].str() + " |");
+  }
+  return rows;
+}
+
+/// The rows of a document's tables of commands.
+std::vector<std::string> command_rows(const std::string& document) {
+  std::vector<std::string> rows;
+  bool inside = false;
+  for (const std::string& line : lines_of(document, false)) {
+    inside = line == "| command | does |" || (inside && line.starts_with('|'));
+    if (inside) rows.push_back(line);
+  }
+  std::erase(rows, "| command | does |");
+  std::erase(rows, "| --- | --- |");
+  return rows;
+}
+
+TEST(DocumentedCommands, TablesSayWhatHelpSays) {
+  const std::vector<std::string> help = table_of_help();
+  EXPECT_EQ(command_rows(text_of(source_folder() / "README.md")), help);
+  std::size_t checked = 0;
+  for (const auto& file : documents()) {
+    for (const std::string& row : command_rows(text_of(file))) {
+      EXPECT_NE(std::find(help.begin(), help.end(), row), help.end()) << file << ": " << row;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, help.size()) << "no table beside README's";
 }
 
 TEST(DocumentedCommands, ReadsShellText) {
