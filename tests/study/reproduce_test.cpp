@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -107,6 +108,23 @@ TEST(Reproduce, AClaimWhoseRunIsMissingCannotBeJudged) {
                     .needs = "osqp"};
   EXPECT_EQ(judge_claim({}, claim, {measured("dense", {0.5})}).verdict, ClaimVerdict::kCannotJudge);
   EXPECT_EQ(judge_claim({}, claim, {measured("osqp", {0.5})}).verdict, ClaimVerdict::kHolds);
+}
+
+// The robust limit's proof is for the exact hold. What no claim says it needs may not be refused.
+TEST(Reproduce, ARunThatAVariationRefusesIsLeftOutIfItsClaimSaysSo) {
+  const std::vector<std::string> euler = {"model.discretization=implicit-euler",
+                                          "grid.min_cells=2000", "run.duration_ms=20"};
+  ModelPool pool(false);
+  Study outlook = study("outlook");
+  outlook.claims.erase(std::remove_if(outlook.claims.begin(), outlook.claims.end(),
+                                      [](const Claim& c) { return c.needs != "robust_free"; }),
+                       outlook.claims.end());
+  ASSERT_EQ(outlook.claims.size(), 1U);
+  const StudyOutcome varied = run_study(outlook, euler, 1, pool);
+  EXPECT_EQ(varied.results.size(), outlook.runs.size() - 1);
+  EXPECT_EQ(varied.claims.front().verdict, ClaimVerdict::kCannotJudge);
+  outlook.claims.front().needs.clear();
+  EXPECT_THROW(run_study(outlook, euler, 1, pool), Error);
 }
 
 // More seeds may decide what was open, but not turn a verdict round.

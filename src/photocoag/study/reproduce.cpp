@@ -10,6 +10,7 @@
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
+#include "photocoag/loop/controller.hpp"
 #include "photocoag/run/claimed_folder.hpp"
 #include "photocoag/study/timing.hpp"
 
@@ -46,6 +47,12 @@ ClaimVerdict judge(const Study& study, const char* key, const std::string& predi
   }
 }
 
+/// Whether a claim says that it cannot be judged without this run.
+bool some_claim_needs(const Study& study, const std::string& run) {
+  return std::any_of(study.claims.begin(), study.claims.end(),
+                     [&run](const Claim& claim) { return claim.needs == run; });
+}
+
 }  // namespace
 
 JudgedClaim judge_claim(const Study& study, const Claim& claim,
@@ -75,9 +82,16 @@ StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra
     for (const StudyRun& run : study.runs) {
       std::vector<std::string> set = study.overrides(run);
       set.insert(set.end(), extra.begin(), extra.end());
+      const bool may_be_missing = !extra.empty() && some_claim_needs(study, run.id);
       try {
-        jobs.push_back({run.id, load_config(study.base, set)});
+        const Config config = load_config(study.base, set);
+        if (may_be_missing) {
+          static_cast<void>(
+              Controller(pool.get(config)->reduced, config.control, config.estimator));
+        }
+        jobs.push_back({run.id, config});
       } catch (const Error& error) {
+        if (may_be_missing) continue;
         throw Error(fmt::format("{}: run {}: {}", study.file.string(), run.id, error.what()));
       }
     }

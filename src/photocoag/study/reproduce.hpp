@@ -56,7 +56,8 @@ struct StudyOutcome {
 JudgedClaim judge_claim(const Study& study, const Claim& claim,
                         const std::vector<RunResult>& results);
 
-/// Runs a study over `seeds` and judges its claims. `extra`: overrides applied last.
+/// Runs a study over `seeds` and judges its claims. `extra`: a variation's overrides, applied last;
+/// it may refuse a run that a claim `needs`, which cannot be judged then.
 StudyOutcome run_study(const Study& study, const std::vector<std::string>& extra, int seeds,
                        ModelPool& pool, const Progress& progress = {});
 

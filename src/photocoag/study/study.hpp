@@ -32,7 +32,7 @@ struct Claim {
   std::string in_truth = {};      ///< of an experiment: the same on the true temperatures
   std::string differs = {};       ///< how and why, should the predicate be false
   std::string cannot_judge = {};  ///< why not
-  std::string needs = {};         ///< id of a run that some builds do not have
+  std::string needs = {};         ///< id of a run that some builds or variations do not have
   std::string expected = {};  ///< "holds", "differs", "undecided"; empty: depends on the machine
   bool ours = false;          ///< not the paper's
 };
