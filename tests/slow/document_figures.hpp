@@ -8,7 +8,9 @@
 namespace photocoag::testing {
 
 /// `from`: "/pointer" into summary.json of the run folder, "FILE ROW COLUMN" of a CSV file in the
-/// output folder (rows from 0), or else a regular expression with one group on what was printed.
+/// output folder (rows from 0), of its claims.json "STUDY: TERM" (its interval's ends: ", low",
+/// ", high") or "claims WHICH", how many, those about computation times left out: WHICH is a
+/// verdict, "ours" or "count"; or else a regular expression with one group on what was printed.
 struct Source {
   std::string from;
   double times = 1.0;  ///< quoted in another unit

@@ -4,6 +4,7 @@
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -69,9 +70,37 @@ double csv_cell(const fs::path& file, std::size_t row, const std::string& column
   throw std::runtime_error("no column " + column + " in " + file.string());
 }
 
+double claims_with(const nlohmann::json& claims, const std::string& which) {
+  return static_cast<double>(std::count_if(claims.begin(), claims.end(), [&](const auto& claim) {
+    if (claim["study"] == "computation-times") return false;  // the machine's
+    return which == "count" || claim["whose"] == which || claim["verdict"] == which;
+  }));
+}
+
+double measured_in(const nlohmann::json& claims, const std::string& study, const std::string& term,
+                   const std::string& end) {
+  for (const auto& claim : claims) {
+    if (claim["study"] != study) continue;
+    for (const auto& one : claim["measured"]) {
+      if (one["term"] != term) continue;
+      return (end.empty() ? one["value"] : one["interval_95"][end == "low" ? 0 : 1])
+          .template get<double>();
+    }
+  }
+  throw std::runtime_error("no claim of " + study + " has " + term);
+}
+
 double value_of(const Source& source, const Ran& ran) {
   const fs::path out = ran.folder.path() / "out";
   std::smatch match;
+  const auto claims = [&out] {
+    return nlohmann::json::parse(text_of(out / "claims.json"))["claims"];
+  };
+  if (source.from.starts_with("claims ")) return claims_with(claims(), source.from.substr(7));
+  if (std::regex_match(source.from, match,
+                       std::regex(R"(([a-z0-9-]+): ([a-z]+\(.*?\))(?:, (low|high))?)"))) {
+    return source.times * measured_in(claims(), match[1], match[2], match[3]);
+  }
   if (source.from.starts_with('/')) {
     const auto json = nlohmann::json::parse(text_of(out / "summary.json"));
     return source.times * json.at(nlohmann::json::json_pointer(source.from)).template get<double>();
@@ -104,7 +133,7 @@ TEST(DocumentFigures, AreWhatTheirCommandsSay) {
               std::string::npos)
         << "the document no longer says this";
     std::string command = figure.command;
-    if (std::regex_search(command, std::regex("^(simulate|sweep|discretizations)"))) {
+    if (std::regex_search(command, std::regex("^(simulate|sweep|discretizations|reproduce)"))) {
       command += " --out out";
     }
     const Ran& ran = run(command);
