@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "console.hpp"
+
 namespace photocoag {
 namespace {
 
@@ -131,6 +133,10 @@ int run_program(const ProgramWords& words, const std::vector<CommandGroup>& grou
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && *argv[1] != '-' && app.get_subcommands().empty()) {
+      say("{}: there is no command {}; {} --help lists all\n", words.name, argv[1], words.name);
+      return kExitBadInput;
+    }
     // Help and version are a success; everything else is bad usage.
     return app.exit(error) == 0 ? 0 : kExitBadInput;
   }

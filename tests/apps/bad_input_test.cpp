@@ -64,6 +64,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"--set model.file=garbage.json", {"garbage.json", "JSON"}},
         BadInput{"--nonsense", {"--nonsense"}}));
 
+TEST(BadInput, ACommandThatIsNoneIsNamed) {
+  const Sandbox sandbox;
+  const ProgramResult result = sandbox.run("simulat --set run.seed=2");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err, "photocoag: there is no command simulat; photocoag --help lists all\n");
+}
+
 TEST(BadModelFile, TruncatedAlteredOrForAnotherPeriodIsRefused) {
   const Sandbox sandbox;
   ASSERT_EQ(sandbox.run("reduce --set grid.min_cells=2000 --out good.json").exit_code, 0);

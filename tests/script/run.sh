@@ -10,6 +10,7 @@ tree="$work/a tree"
 mkdir -p "$tree"/{src,apps,cmake,drivers,console/dist,tests} "$tree"/build/release/{apps,tests} "$work/own/bin"
 cp "$1/photocoag" "$tree"
 touch "$tree"/{CMakeLists.txt,src/code.cpp,tests/code.cpp}
+printf 'const Command kCampaign(\n    "campaign", "many spots", run);\n' >"$tree/apps/campaign.cpp"
 program="$tree/build/release/apps/photocoag"
 printf '#!/bin/sh\necho "ran:$*"\n' >"$program"
 chmod 755 "$program"
@@ -62,6 +63,7 @@ change rm "$program-full"
 expect 2 "photocoag-full is not built, and you cannot write to $tree: its owner calls ./photocoag build there" \
   "$tree/photocoag" campaign x
 expect 0 "ran:treat" "$tree/photocoag" treat
+expect 2 "there is no command capaign; ./photocoag --help lists all" "$tree/photocoag" capaign x
 change rm "$program"
 expect 2 "photocoag is not built, and you cannot write to $tree: its owner calls ./photocoag there" "$tree/photocoag" config
 change rm -r "$tree/build"
@@ -73,6 +75,7 @@ expect 2 "photocoag is not built" "$tree/photocoag" config
 own="$work/the owner's"
 mkdir -p "$own"/{src,apps,cmake,drivers,console/dist,build/deps/osqp} "$work/fakes"
 cp "$1/photocoag" "$own"
+cp "$tree/apps/campaign.cpp" "$own/apps"
 cat >"$work/fakes/cmake" <<'END'
 #!/usr/bin/env bash
 echo "cmake $*" >>"$LOG"
