@@ -21,6 +21,7 @@
 #include "photocoag/run/device_config.hpp"
 #include "photocoag/run/field.hpp"
 #include "photocoag/run/model_cache.hpp"
+#include "photocoag/run/reasons.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/tissue_margin.hpp"
 #include "photocoag/run/treatment.hpp"
@@ -48,6 +49,14 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
     say("STOPPED   {}: {}\n", numbers.stopped_for,
         dark ? fmt::format("the laser is at 0 W since cycle {}", numbers.dark_since)
              : std::string("light in the last cycle recorded"));
+    if (const SafetyReason reason = treatment.outcome.safety.reason;
+        reason != SafetyReason::kNone) {
+      const ReasonWords words = words_of(reason);
+      say("          {}{}{}\n", words.what, words.then.empty() ? "" : " ", words.then);
+    }
+    if (treatment.device && !treatment.device->status.empty()) {
+      say("          device: {}\n", treatment.device->status);
+    }
   }
   if (!numbers.truth_known) {
     say("result    estimated peak at most {:.2f} K, limit {:g} K; the true one is not known\n",
@@ -90,6 +99,10 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n", treatment.outcome.cycles,
       treatment.outcome.overruns, late > 0 ? fmt::format("{} commands late, ", late) : "",
       treatment.wall_seconds * 1e3, treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
+  if (treatment.outcome.overruns > 0 && treatment.scheduling.starts_with("ordinary")) {
+    say("          in an overrun the last power is held: a busy machine without real-time priority "
+        "(see photocoag doctor)\n");
+  }
   if (treatment.device && treatment.device->lockstep) {
     say("pacing    {}\n", treatment.device->pacing);
   }

@@ -5,9 +5,9 @@
 
 #include "console/consoles.hpp"
 #include "photocoag/console/messages.hpp"
-#include "photocoag/console/reasons.hpp"
 #include "photocoag/core/files.hpp"
 #include "photocoag/rt/clock.hpp"
+#include "photocoag/run/reasons.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace photocoag::testing {

@@ -23,7 +23,9 @@ struct Power {
     check.write(before);
     check.write(written);
   }
-  void read(double power) { check.check({.power = power}, InForce::kUnknown, limits, latch); }
+  void read(double power, DeviceStatus sample = DeviceStatus::kGood) {
+    check.check({.power = power}, InForce::kUnknown, sample, limits, latch);
+  }
   SafetyReason reason() const { return latch.status.reason; }
   bool treating() const { return latch.status.state == SafetyState::kTreating; }
 };
@@ -65,6 +67,22 @@ TEST(PowerCheck, LightThatNobodyAskedForStopsAtOnce) {
     p.read(power);
     EXPECT_EQ(p.reason(), SafetyReason::kPowerStuckOn) << power;
   }
+}
+
+TEST(PowerCheck, APowerUnknownForWantOfASampleStopsAsSoonAndSaysSo) {
+  Power lit(0.02, 0.02);
+  lit.read(kNan, DeviceStatus::kTimeout);
+  EXPECT_TRUE(lit.treating());
+  EXPECT_EQ(lit.latch.status.last_detection, SafetyReason::kSampleMissing);
+  lit.read(kNan, DeviceStatus::kTimeout);
+  EXPECT_EQ(lit.reason(), SafetyReason::kSampleMissing);
+  EXPECT_TRUE(lit.latch.open_interlock);
+  Power dark(0.0, 0.0);
+  dark.read(kNan, DeviceStatus::kTimeout);
+  EXPECT_EQ(dark.reason(), SafetyReason::kSampleMissing);
+  Power known(0.0, 0.0);  // a device that tells of the power, but has no sample
+  known.read(0.03, DeviceStatus::kTimeout);
+  EXPECT_EQ(known.reason(), SafetyReason::kPowerStuckOn);
 }
 
 TEST(PowerCheck, TheLargerPowerCountsWhereTheyDiffer) {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "photocoag/console/reasons.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/sha256.hpp"
 #include "photocoag/rom/file.hpp"
 #include "photocoag/run/calibration_file.hpp"
+#include "photocoag/run/reasons.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "photocoag/run/supervision.hpp"
 

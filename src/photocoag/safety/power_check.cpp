@@ -31,27 +31,31 @@ InForce PowerCheck::in_force(double command, const SafetyLimits& limits) const n
   return ours || command == 0.0 ? InForce::kLate : InForce::kForeign;
 }
 
-void PowerCheck::check(const Readback& readback, InForce command, const SafetyLimits& limits,
-                       SafetyLatch& latch) noexcept {
+void PowerCheck::check(const Readback& readback, InForce command, DeviceStatus sample,
+                       const SafetyLimits& limits, SafetyLatch& latch) noexcept {
   const bool told = finite(readback.command);
   if (!told && unwritten_ > 0) return;
+  const bool silent = sample == DeviceStatus::kTimeout && !finite(readback.power);
+  const auto reason = [&](SafetyReason wrong) {
+    return silent ? SafetyReason::kSampleMissing : wrong;
+  };
   // A device that reports its command is checked against that.
   const double expected = told ? readback.command : wanted(limits);
   const bool foreign = command == InForce::kForeign;
   if ((expected <= 0.0 && !(readback.power <= kReadbackFloor)) ||
       (foreign && wanted(limits) == 0.0)) {
-    latch.safe_stop(SafetyReason::kPowerStuckOn, true);
+    latch.safe_stop(reason(SafetyReason::kPowerStuckOn), true);
     return;
   }
   const bool differs = foreign || !close_to(readback.power, expected);
   // Without light there is nothing to compare: 0 W neither counts nor clears.
   if (differs) {
     ++readback_off_;
-    latch.notice(SafetyReason::kPowerReadback);
+    latch.notice(reason(SafetyReason::kPowerReadback));
   } else if (expected > 0.0) {
     readback_off_ = 0;
   }
-  if (readback_off_ > kReadbackOffMax) latch.safe_stop(SafetyReason::kPowerReadback, true);
+  if (readback_off_ > kReadbackOffMax) latch.safe_stop(reason(SafetyReason::kPowerReadback), true);
 }
 
 bool PowerCheck::known(const Readback& readback, const SafetyLimits& limits) const noexcept {

@@ -24,8 +24,10 @@ class PowerCheck {
  public:
   /// Call first in a cycle. `command`: W, Readback::command.
   InForce in_force(double command, const SafetyLimits& limits) const noexcept;
-  void check(const Readback& readback, InForce command, const SafetyLimits& limits,
-             SafetyLatch& latch) noexcept;
+  /// `sample`: of the period that `readback` is of. Without it no power may be known: the stop is
+  /// the same, its reason kSampleMissing.
+  void check(const Readback& readback, InForce command, DeviceStatus sample,
+             const SafetyLimits& limits, SafetyLatch& latch) noexcept;
   /// W, best estimate of the power emitted in the period that has ended.
   double emitted(const Readback& readback, const SafetyLimits& limits) const noexcept;
   /// A power other than the one commanded is tolerated for a second period, unless that would

@@ -80,7 +80,7 @@ SampleVerdict Supervisor::check(const DeviceSample& sample, const Readback& read
   check_device(sample, readback, last_write, latch_);
   const InForce command = memory_.power.in_force(readback.command, *limits_);
   memory_.clock.check(sample, command == InForce::kLate, *limits_, latch_);
-  memory_.power.check(readback, command, *limits_, latch_);
+  memory_.power.check(readback, command, sample.status, *limits_, latch_);
 
   const double power = memory_.power.emitted(readback, *limits_);
   observer_.emit(power);

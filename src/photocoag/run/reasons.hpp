@@ -1,5 +1,5 @@
 // Role: the program; the supervisor's reasons as text for the operator: what happened, what to do.
-// Used by describe. Source: docs/safety.md.
+// Used by console, apps. Source: docs/safety.md.
 #pragma once
 
 #include <string_view>

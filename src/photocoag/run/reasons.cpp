@@ -1,4 +1,4 @@
-#include "photocoag/console/reasons.hpp"
+#include "photocoag/run/reasons.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -8,6 +8,9 @@ namespace photocoag {
 namespace {
 
 constexpr std::string_view kSignal = "Check transducer, trigger and converter.";
+constexpr std::string_view kSource =
+    "Check transducer, trigger and converter; if they are late, see photocoag doctor: what makes "
+    "them needs real-time priority, too.";
 constexpr std::string_view kLaser = "Measure the laser's power before the next spot.";
 constexpr std::string_view kModel =
     "Check spot size, tissue and calibration: the eye does not behave as the model says.";
@@ -21,7 +24,7 @@ struct Row {
 
 constexpr Row kRows[] = {
     {SafetyReason::kNone, {"The planned end was reached.", ""}},
-    {SafetyReason::kSampleMissing, {"Three samples in a row are missing.", kSignal}},
+    {SafetyReason::kSampleMissing, {"Samples in a row are missing or came too late.", kSource}},
     {SafetyReason::kSampleStale, {"Samples are old, repeated or out of order.", kSignal}},
     {SafetyReason::kSampleStuck, {"The converter's code does not change.", kSignal}},
     {SafetyReason::kSampleSaturated, {"The converter is at its rail.", kSignal}},
