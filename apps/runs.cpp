@@ -57,8 +57,10 @@ Json run_object(const fs::path& folder) {
 
 int runs_command(const RunsOptions& options) {
   if (!fs::is_directory(options.folder)) {
-    throw Error(ErrorParts{
-        .where = "DIR", .found = options.folder, .accepted = "a folder with run folders in it"});
+    throw Error(ErrorParts{.where = "DIR",
+                           .problem = "not a folder",
+                           .found = options.folder,
+                           .accepted = "a folder with run folders in it"});
   }
   Json runs = Json::array();
   std::size_t longest = 0;
