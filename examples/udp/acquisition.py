@@ -81,18 +81,27 @@ class Session:
         emitted = self.power if self.interlock else 0.0
         temperature = self.tissue.step(emitted, self.period * 1e-9)
         flags = INTERLOCK_CLOSED * self.interlock | SHUTTER_OPEN | FOOT_SWITCH  # HARDWARE: the switches
-        self.link.send(SAMPLE_LAYOUT.pack(MAGIC, VERSION, SAMPLE, self.number, sequence, due, temperature, emitted,
-                                          self.power, round(temperature * 1e6), flags))
+        send(self.link, SAMPLE_LAYOUT.pack(MAGIC, VERSION, SAMPLE, self.number, sequence, due, temperature, emitted,
+                                           self.power, round(temperature * 1e6), flags))
 
     def run(self):
-        sequence = 1
+        """How many periods it took, and how many samples went out too late to count."""
+        sequence, late = 1, 0
         while time.monotonic_ns() - self.heard < max(SECOND, 10 * self.period):
             due = self.start + sequence * self.period
             for data in received(self.link, due):
                 self.answer(data)
             self.end_period(sequence, due)
+            late += time.monotonic_ns() - due > self.period // 2
             sequence += 1
-        return sequence - 1
+        return sequence - 1, late
+
+
+def send(link, data):
+    try:
+        link.send(data)
+    except OSError:  # nobody listens there, or nothing leads there: not yet, or not any more
+        pass
 
 
 def received(link, until):
@@ -103,17 +112,14 @@ def received(link, until):
             if not select.select([link], [], [], max(0, left) * 1e-9)[0]:
                 return
             yield link.recv(256)
-        except ConnectionRefusedError:  # nobody listens there; waited for all the same
+        except OSError:  # an earlier datagram did not arrive; waited for all the same
             pass
 
 
 def welcome(link, period):
     hello = HELLO_LAYOUT.pack(MAGIC, VERSION, HELLO, 0, period, 1, b"acquisition.py: five time constants")
     while True:
-        try:
-            link.send(hello)
-        except ConnectionRefusedError:
-            pass
+        send(link, hello)
         for data in received(link, time.monotonic_ns() + SECOND // 10):
             if len(data) == ANSWER_LAYOUT.size:
                 magic, version, kind, session, *_ = ANSWER_LAYOUT.unpack(data)
@@ -131,7 +137,7 @@ def main():
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
     except PermissionError:
-        print("no real-time priority: a busy machine will make samples late", flush=True)
+        print("no real-time priority (./photocoag doctor): a busy machine will make samples late", flush=True)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
         link.connect((options.host, options.port))  # the system drops what others send
@@ -139,7 +145,7 @@ def main():
             print(f"hello to {options.host}:{options.port}, {options.period_ms:g} ms", flush=True)
             session = Session(link, welcome(link, period), period)
             print("welcome", flush=True)
-            print(f"silence after {session.run()} periods", flush=True)
+            print("silence after {} periods, {} samples half a period late or more".format(*session.run()), flush=True)
 
 
 if __name__ == "__main__":
