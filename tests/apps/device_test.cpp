@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
 #include "apps/program.hpp"
@@ -161,6 +162,9 @@ TEST(TreatDevice, FaultsOfTheDeviceEndWithExitCode3) {
     if (result.exit_code != 3 && summary["overruns"] > 0) continue;
     EXPECT_EQ(result.exit_code, 3) << fault << result.err;
     EXPECT_EQ(summary["safety"]["state"], "safe_stop") << fault;
+    EXPECT_TRUE(std::regex_search(
+        result.err, std::regex("STOPPED   supervisor: .*\n {10}[A-Z].*\\.\n {10}device: ")))
+        << "in words, and what the device counted: " << result.err;
     std::istringstream lines(read_all(sandbox.path("run") / "run.csv"));
     std::string line;
     std::string last;
