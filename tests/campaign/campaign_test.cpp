@@ -231,6 +231,21 @@ TEST_F(CampaignTest, SpotsAreSupervisedAsTheConfigurationSays) {
   EXPECT_EQ(outcome(without, "stopped"), 0.0);
 }
 
+// What looks too warm is held too cool: the campaign's input and the configuration's key, summed.
+TEST_F(CampaignTest, AnOffsetOfTheCalibrationHasItsSign) {
+  const auto held = [this](double drawn, const std::string& key) {
+    const std::string input =
+        "[[input]]\nkey = \"calibration_offset_K\"\ndistribution = \"uniform\"\nlow = " +
+        std::to_string(drawn) + "\nhigh = " + std::to_string(drawn + 1e-6) + "\n";
+    const std::string set = ", \"safety.supervisor=off\", \"run.duration_ms=80\"" + key;
+    return outcome(first_spot(campaign(1, input, set)), "held_mean_error_K");
+  };
+  const double right = held(0.0, "");
+  EXPECT_LT(held(2.0, ""), right - 0.5);
+  EXPECT_GT(held(-2.0, ""), right + 0.5);
+  EXPECT_NEAR(held(-2.0, ", \"plant.sample_offset_K=2\""), right, 1e-3);
+}
+
 TEST_F(CampaignTest, ALaserCanBeLaterThanTheControllerBelieves) {
   const std::string late =
       "[[input]]\nkey = \"delay_cycles\"\ndistribution = \"uniform\"\nlow = 0.6\nhigh = 1.4\n";

@@ -48,6 +48,7 @@ TEST(Filter, MatchesTheTextbookInLongDouble) {
           const double sample = plant.outputs().volume + 0.288 * draw.normal();
           ASSERT_EQ(filter.update(sample), UpdateStatus::kUpdated);
           book.update(sample);
+          ASSERT_NEAR(filter.innovation_sigma(), static_cast<double>(book.innovation_sigma), 1e-12);
         }
         // Rounding of some 1e-16, which the filter forgets about as fast as it makes it: 1e-14 of
         // each quantity was seen over these runs.

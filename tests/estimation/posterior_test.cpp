@@ -81,6 +81,33 @@ TEST(Posterior, IsTheBatchEstimateOfTheWholeRecord) {
   }
 }
 
+TEST(Posterior, TheInnovationsVarianceIsTheSamplesAndThatOfWhatIsBelieved) {
+  const EstimatorSettings settings = believing();
+  PosteriorEstimator estimator(model_of_seven(), settings);
+  const UncertainModel& model = *seven_quantity_model();
+  Eye eye(logs_at({0.6, 0.3, 0.6, 0.4, 0.7, 0.6, 0.6}));
+  StateVector decay, gain, peak, volume;
+  ResidueSlopes peak_slope, volume_slope;
+  model.step_of(model.period, decay, gain);
+  StateVector x = StateVector::Zero(model.order());
+  for (int k = 0; k < 60; ++k) {
+    x = decay.cwiseProduct(x) + gain * power_of(k);
+    eye.step(power_of(k));
+    estimator.predict(power_of(k));
+    const QuantityVector at = estimator.log_quantities();
+    const Eigen::MatrixXd covariance = estimator.covariance_of_logs();
+    model.evaluate(at, peak, peak_slope, volume, volume_slope);
+    Eigen::VectorXd row = volume_slope.transpose() * x;
+    row[6] = volume.dot(x);
+    row *= std::exp(at[6]);
+    estimator.update(eye.sample() + 0.288 * standard_normal(3, static_cast<std::uint64_t>(k),
+                                                            RandomStream::kTest));
+    const double sigma = std::sqrt(0.288 * 0.288 + row.dot(covariance * row));
+    // The estimator keeps its slopes while the estimate moves little.
+    EXPECT_NEAR(estimator.innovation_sigma(), sigma, 0.01 * sigma) << k;
+  }
+}
+
 TEST(Posterior, IsHonestOverEyesOfThePrior) {
   // 150 eyes of the prior; the model is exact here, so that what is tested is the inference.
   constexpr int kEyes = 150;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 
 #include "photocoag/estimation/settings.hpp"
 #include "photocoag/rom/reduced_model.hpp"
@@ -44,6 +45,7 @@ class TextbookFilter {
     const RealMatrix H = jacobian_h();
     const Real R = Real(settings_.measurement_noise) * settings_.measurement_noise;
     const Real S = (H * P * H.transpose())(0, 0) + R;
+    innovation_sigma = std::sqrt(S);
     const RealMatrix K = P * H.transpose() / S;
     const RealMatrix IKH = RealMatrix::Identity(n_ + 1, n_ + 1) - K * H;
     z += (K * (y - h(z))).col(0);
@@ -64,6 +66,7 @@ class TextbookFilter {
 
   RealVector z;
   RealMatrix P;
+  Real innovation_sigma = 0;  // of the last update
 
  private:
   ParametricMatrices at(Real alpha) const {

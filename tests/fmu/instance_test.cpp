@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
 #include <memory>
 #include <set>
@@ -91,6 +92,28 @@ void expect_no_heap(FmuKind kind, const Config& config) {
 TEST(FmuStep, TakesNothingFromTheHeap) {
   for (const Config& config : eyes()) expect_no_heap(FmuKind::kEye, config);
   for (const Config& config : controllers()) expect_no_heap(FmuKind::kController, config);
+}
+
+TEST(FmuStep, TheEyesSampleHasItsOffset) {
+  const auto first_outputs = [](const Config& config) {
+    Made made(FmuKind::kEye, config);
+    made.begin();
+    made.instance->set_value(kFirstFmuInput, {.number = 0.02});
+    made.instance->step(0.0, config.control.period);
+    std::array<double, 4> outputs{};  // sample, applied power, true volume, true peak
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      outputs[i] = made.instance->value(kFirstFmuInput + 1 + i).number;
+    }
+    return outputs;
+  };
+  for (Config config : eyes()) {
+    const std::array<double, 4> right = first_outputs(config);
+    config.plant.bench.sample_offset = -3.0;
+    const std::array<double, 4> seen = first_outputs(config);
+    EXPECT_NEAR(seen[0], right[0] - 3.0, 1e-12);
+    for (int i = 1; i < 4; ++i) EXPECT_EQ(seen[i], right[i]) << i;
+    EXPECT_GT(seen[3], 0.0);
+  }
 }
 
 TEST(FmuState, AMinuteIsTheMostThatIsSerialised) {

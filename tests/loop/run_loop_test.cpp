@@ -69,6 +69,7 @@ struct InnovationsSeen : TreatmentObserver {
   using TreatmentObserver::TreatmentObserver;
   void finished(const CycleRecord& record, const CycleEnd& end) noexcept {
     const bool updated = record.estimate.status == UpdateStatus::kUpdated;
+    sigmas.push_back(end.innovation_sigma);
     without_sigma += updated == std::isfinite(end.innovation_sigma) ? 0 : 1;
     if (updated) {
       const double ratio = (record.measured - end.volume_predicted) / end.innovation_sigma;
@@ -77,6 +78,7 @@ struct InnovationsSeen : TreatmentObserver {
     }
     TreatmentObserver::finished(record, end);
   }
+  std::vector<double> sigmas;
   double squares = 0.0;
   int updates = 0;
   int without_sigma = 0;
@@ -166,6 +168,31 @@ TEST(SimulatedEye, WatchdogHoldsOnePeriodThenEmitsNothing) {
   EXPECT_EQ(eye.advance(10).sample.applied_power, 0.02) << "a fresh command counts again";
 }
 
+TEST(SimulatedEye, AnOffsetIsInEverySampleAndInNothingElse) {
+  const auto make = [](double offset) {
+    return Eye(ReducedPlant(model_1khz(), 1.1), 0.288, 5,
+               {.dark_is_silent = true, .sensor_gain = 0.9, .sensor_offset = offset});
+  };
+  Eye shifted = make(2.0);
+  Eye right = make(0.0);
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    const double power = k == 7 ? 0.0 : 0.03;
+    shifted.write(power);
+    right.write(power);
+    const Reading seen = shifted.advance(k);
+    const Reading wanted = right.advance(k);
+    EXPECT_EQ(seen.truth.peak, wanted.truth.peak);
+    EXPECT_EQ(seen.truth.volume, wanted.truth.volume);
+    EXPECT_EQ(seen.sample.applied_power, wanted.sample.applied_power);
+    if (power == 0.0) {
+      EXPECT_TRUE(std::isnan(seen.sample.volume_temperature)) << "no sample, no offset";
+    } else {
+      // Rounding of sums of some 40 K.
+      EXPECT_NEAR(seen.sample.volume_temperature - wanted.sample.volume_temperature, 2.0, 1e-13);
+    }
+  }
+}
+
 TEST(RunLoop, OnTimeTheClockChangesNothing) {
   // Late by less than a period is not a missed period.
   FakeClock clock(std::vector<double>(250, 0.999));
@@ -211,6 +238,47 @@ TEST(RunLoop, TheInnovationsSigmaIsThatOfItsSample) {
   EXPECT_EQ(observer.updates, static_cast<int>(kCycles) - 2);
   // Mean of n squares of standard normals: sqrt(2 / n) = 0.07 off; four of it.
   EXPECT_NEAR(observer.squares / observer.updates, 1.0, 0.28);
+}
+
+/// An eye with one sample that cannot be.
+struct SpikedEye : SimulatedEye<ReducedPlant, FakeClock> {
+  using SimulatedEye::SimulatedEye;
+  DeviceSample wait_sample(std::uint64_t cycle) noexcept {
+    DeviceSample sample = SimulatedEye::wait_sample(cycle);
+    if (cycle == 50) sample.volume_temperature += 40.0;
+    return sample;
+  }
+};
+
+/// The same powers and samples to a filter outside of the loop: each cycle's sigma is its own.
+template <typename Filter>
+void expect_sigmas_of(EstimatorKind kind) {
+  SCOPED_TRACE(static_cast<int>(kind));
+  constexpr std::size_t kCycles = 100;
+  const EstimatorSettings settings{.kind = kind, .outlier_sigma = 6.0};
+  std::vector<CycleRecord> records(kCycles);
+  Controller controller(model_1khz(), {}, settings);
+  std::vector<double> late(kCycles, 0.0);
+  late[20] = 2.5;
+  SpikedEye eye(ReducedPlant(model_1khz(), 1.1), 0.288, 1, {}, FakeClock(late));
+  InnovationsSeen observer(1e-3, 0, {});
+  Unsupervised none;
+  run_loop(controller, eye, none, 1e-3, std::span(records), observer);
+  EXPECT_EQ(records[50].estimate.status, UpdateStatus::kOutlier);
+  EXPECT_EQ(observer.without_sigma, 0) << "NaN exactly where there was no update";
+  Filter filter(model_1khz(), settings);
+  ASSERT_EQ(observer.sigmas.size(), kCycles);
+  for (std::size_t k = 0; k < kCycles; ++k) {
+    filter.predict(records[k].power);
+    ASSERT_EQ(filter.update(records[k].measured), records[k].estimate.status) << k;
+    if (records[k].estimate.status != UpdateStatus::kUpdated) continue;
+    EXPECT_EQ(observer.sigmas[k], filter.innovation_sigma()) << k;
+  }
+}
+
+TEST(RunLoop, TheInnovationsSigmaIsThatOfItsOwnCycle) {
+  expect_sigmas_of<ExtendedKalmanFilter>(EstimatorKind::kEkf);
+  expect_sigmas_of<MovingHorizonEstimator>(EstimatorKind::kMhe);
 }
 
 TEST(RunLoop, MissedPeriodsAreSkippedRecordedAndKeepThePhase) {

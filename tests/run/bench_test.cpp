@@ -86,6 +86,22 @@ TEST(Bench, AnOffsetIsShownBesideTheTruth) {
   EXPECT_GT(low.records.back().truth.peak, 30.5);
 }
 
+// The first sample is that of the first power, which is given: no controller has seen the offset.
+TEST(Bench, AnOffsetIsInTheFirstSampleWhateverElseTheBenchDoes) {
+  for (const char* other :
+       {"plant.power_gain=1.2", "plant.sample_averaging_periods=1", "plant.sample_lag_periods=0.5",
+        "plant.absorption_drift_per_s=0.1", "plant.model=reduced"}) {
+    const std::vector<std::string> set = {other, "control.first_power_W=0.02",
+                                          "run.duration_ms=40"};
+    std::vector<std::string> shifted = set;
+    shifted.push_back("plant.sample_offset_K=-3");
+    const CycleRecord right = treat(bench(set), store()).records.front();
+    const CycleRecord seen = treat(bench(shifted), store()).records.front();
+    EXPECT_NEAR(seen.measured - right.measured, -3.0, 1e-12) << other;
+    EXPECT_EQ(seen.truth.volume, right.truth.volume) << other;
+  }
+}
+
 TEST(Bench, AReducedEyeDoesTheSame) {
   const std::vector<std::string> eye = {"plant.sample_averaging_periods=1",
                                         "plant.absorption_drift_per_s=0.5"};
