@@ -75,8 +75,7 @@ const Command kReproduce(
           .add_option("--seeds", options.seeds, "noise seeds per curve; default: as plan.toml says")
           .check(whole_number_from(1, 1000))
           .type_name("N");
-      command.add_flag("--quick", options.quick,
-                       "without the sensitivities: for continuous integration");
+      command.add_flag("--quick", options.quick, "without the sensitivities: half of the time");
       command.add_flag("--no-cache", options.no_cache,
                        "make the reduced models again, without the cache");
       command.footer(fmt::format(
