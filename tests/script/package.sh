@@ -41,6 +41,7 @@ echo "first treat: $(cat "$work/took")"
 [ -z "$allowed" ] || awk -v most="$allowed" '{ exit !($3 + 0 + $11 < most) }' "$work/took" ||
   { echo "more than $allowed s"; exit 1; }
 [ -s "$root/root/run/report.html" ]
+[ -s "$root/usr/lib/photocoag/libphotocoag_nidaqmx.so" ]
 chroot "$root" photocoag --version --json | grep -q '"source_hash"'
 # What needs more libraries is in a program of its own.
 chroot "$root" sh -c 'cd /root && photocoag convert run --hdf5 run.h5 --mat run.mat && [ -s run.h5 ] && [ -s run.mat ]' >"$work/log" 2>&1 ||
