@@ -181,7 +181,7 @@ std::vector<std::string> failed_items(const SelfTestReport& report, const Safety
           report.power_at_zero));
   check(report.watchdog_tripped,
         "watchdog: a small power without a further command did not appear and end as it must; "
-        "check the device's watchdog, or free the machine of other work");
+        "check the device's watchdog and switches, or free the machine of other work");
   check(report.model_matches, "model: it is not for this tissue and period; reduce it again");
   check(report.solver_exact, "solver: a known problem is not solved to 1e-9; build again");
   check(report.log_has_room, "log: it cannot be written; make room on its disk");
