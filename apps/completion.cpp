@@ -139,8 +139,8 @@ _photocoag() {{
   COMPREPLY=()
   if [ "$COMP_CWORD" -eq 1 ]; then
     local commands='{} --help --version'
-    # The script in the root of the sources has three more.
-    case "$1" in */*) commands+=' test python docs' ;; esac
+    # The script in the root of the sources has more.
+    case "$1" in */*) commands+=' test python build package docs' ;; esac
     COMPREPLY=($(compgen -W "$commands" -- "$word"))
     return
   fi

@@ -33,6 +33,7 @@ TEST_F(Completion, OffersCommandsOptionsKeysAndWords) {
   EXPECT_EQ(offered(sandbox_, "photocoag tre"), "treat\n");
   EXPECT_EQ(offered(sandbox_, "photocoag tes"), "\n");
   EXPECT_EQ(offered(sandbox_, "./photocoag tes"), "test\n");
+  EXPECT_EQ(offered(sandbox_, "./photocoag pack"), "package\n");
   EXPECT_EQ(offered(sandbox_, "photocoag simulate --see"), "--seed\n");
   EXPECT_EQ(offered(sandbox_, "photocoag treat --set control.hor"), "control.horizon=\n");
   EXPECT_EQ(offered(sandbox_, "photocoag treat --set tissue.layers.RPE.thick"),
