@@ -266,6 +266,23 @@ void add_claims(std::vector<Figures>& list) {
   }
 }
 
+/// Boxes that are decided within seconds.
+void add_certified(std::vector<Figures>& list) {
+  const Source proved{"at most (\\d+) changes? of the active set everywhere"};
+  const Source seen{"seen +(\\d+) at most"};
+  const Source boxes{"search +(\\d+) boxes, 0 left open"};
+  const Source limit{"gives up +after (\\d+),"};
+  const auto add = [&](const char* sentence, const char* options, std::vector<Source> sources) {
+    list.push_back({"docs/certify.md", sentence,
+                    std::string("certify --set control.horizon=") + options, std::move(sources)});
+  };
+  add("| 2 | {1} | {1} | all | {5} | {32} |", "2", {proved, seen, boxes, limit});
+  add("| 3 | {4} | {4} | all | {255} | {48} |", "3", {proved, seen, boxes, limit});
+  add("| 28 to 31 | {4} | {4} | all | {89} |", "5 --free 28,31", {proved, seen, boxes});
+  add("| 28.5 to 31.5 | {4} | {4} | all | {561} |", "5 --free 28.5,31.5", {proved, seen, boxes});
+  add("| 30 to 40 | {4} | {4} | all | {313} |", "5 --free 30,40", {proved, seen, boxes});
+}
+
 }  // namespace
 
 const std::vector<Figures>& figures() {
@@ -276,6 +293,7 @@ const std::vector<Figures>& figures() {
     add_equations(all);
     add_choices(all);
     add_claims(all);
+    add_certified(all);
     return all;
   }();
   return list;
