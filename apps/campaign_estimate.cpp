@@ -9,7 +9,7 @@
 #include "campaign_command.hpp"
 #include "console.hpp"
 #include "doubling_cycles.hpp"
-#include "photocoag/campaign/honesty.hpp"
+#include "photocoag/campaign/posterior_consistency.hpp"
 #include "photocoag/core/build_info.hpp"
 #include "photocoag/core/error.hpp"
 #include "photocoag/core/files.hpp"
@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kHonestFrom = 0.005;   // s: earlier there is hardly any information
-constexpr std::size_t kFewestEyes = 3;  // a third of alpha each
+constexpr double kConsistentFrom = 0.005;  // s: earlier there is hardly any information
+constexpr std::size_t kFewestEyes = 3;     // a third of alpha each
 
 using ByGroup = std::array<double, 4>;
 
@@ -35,10 +35,11 @@ void print_row(const std::string& label, const ByGroup& nees, const ByGroup& cov
 
 // Over the cycles from 5 ms on, each group by itself.
 template <typename Pick>
-void print_extreme(const Honesty& all, const std::string& label, const Pick& pick) {
+void print_extreme(const PosteriorConsistency& all, const std::string& label, const Pick& pick) {
   constexpr double kRounding = 1e-9;
   const auto first =
-      static_cast<std::size_t>(std::max(1.0, std::ceil(kHonestFrom / all.period - kRounding))) - 1;
+      static_cast<std::size_t>(std::max(1.0, std::ceil(kConsistentFrom / all.period - kRounding))) -
+      1;
   if (first >= all.cycles.size()) return;
   ByGroup nees = all.cycles[first].nees;
   ByGroup covered = all.cycles[first].covered;
@@ -51,7 +52,7 @@ void print_extreme(const Honesty& all, const std::string& label, const Pick& pic
   print_row(label, nees, covered);
 }
 
-void print_honesty(const Honesty& all) {
+void print_consistency(const PosteriorConsistency& all) {
   print("{:>16}{:>32}{:>32}\n", "", "error^2 / stated variance", "within 1.96 deviations, %");
   print("{:>16}", "time, ms");
   for (int side = 0; side < 2; ++side)
@@ -87,15 +88,15 @@ int estimate_campaign(const CampaignCommandOptions& options, const Campaign& cam
   std::optional<ClaimedFolder> claimed;  // before the work
   if (!options.out.empty()) claimed.emplace(options.out);
   const SpotModels models = make_spot_models(campaign, !options.no_cache);
-  const Honesty all = honesty_of(campaign, models, eyes,
-                                 [](double fraction) { draw_progress("estimating", fraction); });
+  const PosteriorConsistency all = posterior_consistency(
+      campaign, models, eyes, [](double fraction) { draw_progress("estimating", fraction); });
   clear_progress();
   print("photocoag {}: {}\n", version(), kResearchNotice);
   print("{} eyes of {}\n\n", eyes, options.file);
-  print_honesty(all);
+  print_consistency(all);
   if (options.out.empty()) return 0;
   const fs::path folder = options.out;
-  write_file((folder / "estimate.csv").string(), honesty_csv(all));
+  write_file((folder / "estimate.csv").string(), consistency_csv(all));
   write_file((folder / "offline-bound.json").string(), offline_bound_json(all, campaign));
   say("written   {0}/estimate.csv, {0}/offline-bound.json\n", options.out);
   return 0;

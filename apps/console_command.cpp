@@ -49,14 +49,14 @@ ClaimedFolder folder_of_spot(const Bench& bench) {
 }
 
 Treatment treat_spot(Bench& bench, Desk& desk, const fs::path& folder) {
-  const Onlooker onlooker{
+  const TreatmentMonitor monitor{
       .live = &desk.live(),
       .self_tested = [&desk](const SelfTestReport& report, const SafetyLimits& limits) {
         desk.self_tested(report, limits);
       }};
   std::atomic<std::size_t> done{0};
   return treat_into(folder, bench.controlled, bench.place, bench.models, stop_requested(), done,
-                    onlooker);
+                    monitor);
 }
 
 // Writes what it can of the run folder; returns the first failure as text.
@@ -125,7 +125,7 @@ int serve(Bench& bench, Desk& desk, const ConsoleServer& server) {
       break;
     }
     if (terminal.enter()) desk.enter();
-    switch (desk.wait(kConsoleLook)) {
+    switch (desk.wait(kConsolePoll)) {
       case Desk::Wish::kStart:
         spot(bench, desk);
         break;

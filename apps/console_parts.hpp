@@ -15,7 +15,7 @@
 namespace photocoag {
 
 /// Polling interval of terminal, server and signals while nothing is treated.
-inline constexpr std::chrono::milliseconds kConsoleLook{50};
+inline constexpr std::chrono::milliseconds kConsolePoll{50};
 
 ConsoleDevice console_device(const Config& config, const DeviceAddress& place);
 

@@ -74,9 +74,9 @@ class SessionBench {
     asks.before = [this](const SpotPlan& plan) { return before(plan); };
     asks.still_wanted = [this] { return server_.alive() && desk_.commit(); };
     asks.after = [this](const AttemptOutcome& outcome) { return after(outcome); };
-    asks.prepared = [this](const SpotPlan&, const Config& told, const ReducedModel& model) {
-      told_ = told;
-      desk_.set_before(before_message(told, model, device_, findings_));
+    asks.prepared = [this](const SpotPlan&, const Config& controlled, const ReducedModel& model) {
+      controlled_ = controlled;
+      desk_.set_before(before_message(controlled, model, device_, findings_));
     };
     asks.begins = [this](const SpotPlan& plan, const Config& config, int attempt) {
       begins(plan, config, attempt);
@@ -85,7 +85,7 @@ class SessionBench {
                           const fs::path& folder) { treated(config, treatment, folder); };
     asks.over = [this](const AttemptOutcome& outcome) { over(outcome); };
     asks.changed = [this](const SessionJournal& journal) { changed(journal); };
-    asks.onlooker = {
+    asks.monitor = {
         .live = &desk_.live(),
         .self_tested = [this](const SelfTestReport& report, const SafetyLimits& limits) {
           desk_.self_tested(report, limits);
@@ -123,8 +123,10 @@ class SessionBench {
   }
 
   void test() {
-    if (!device_.self_test_first || !told_ || !told_->safety.supervised) return desk_.stand_by();
-    desk_.self_tested(self_test_eye(*told_, true), safety_limits(*told_));
+    if (!device_.self_test_first || !controlled_ || !controlled_->safety.supervised) {
+      return desk_.stand_by();
+    }
+    desk_.self_tested(self_test_eye(*controlled_, true), safety_limits(*controlled_));
   }
 
   // A choice of "repeat A1" goes into the next run of the session.
@@ -141,7 +143,7 @@ class SessionBench {
     offer_with_repeat({"skip", "end"});
     const Before wanted = ask_before();
     desk_.offer({});
-    told_.reset();
+    controlled_.reset();
     if (wanted == Before::kTreat) tell(SessionPhase::kStarting, plan.name);
     return wanted;
   }
@@ -150,7 +152,7 @@ class SessionBench {
     while (!over() && !stop_requested()) {
       if (desk_.runs_on() && desk_.state() == SafetyState::kStandby) return Before::kTreat;
       if (terminal_.enter()) desk_.enter();
-      switch (desk_.wait(kConsoleLook)) {
+      switch (desk_.wait(kConsolePoll)) {
         case Desk::Wish::kStart:
           return Before::kTreat;
         case Desk::Wish::kReset:
@@ -221,7 +223,7 @@ class SessionBench {
     while (!over() && !stop_requested()) {
       if (desk_.runs_on()) return After::kAccept;
       if (terminal_.enter()) desk_.enter();
-      const Desk::Wish wish = desk_.wait(kConsoleLook);
+      const Desk::Wish wish = desk_.wait(kConsolePoll);
       if (wish == Desk::Wish::kReset) return After::kAccept;
       if (wish != Desk::Wish::kChoice) continue;
       if (desk_.choice() == "accept") return After::kAccept;
@@ -236,7 +238,7 @@ class SessionBench {
     offer_with_repeat({"continue"});
     while (!over()) {
       if (terminal_.enter()) desk_.enter();
-      const Desk::Wish wish = desk_.wait(kConsoleLook);
+      const Desk::Wish wish = desk_.wait(kConsolePoll);
       if (wish != Desk::Wish::kReset && wish != Desk::Wish::kChoice) continue;
       if (wish == Desk::Wish::kChoice) repeats(desk_.choice());
       desk_.offer({});
@@ -259,7 +261,7 @@ class SessionBench {
   SessionState state_;
   SessionPhase phase_ = SessionPhase::kPreparing;
   std::string spot_;
-  std::optional<Config> told_;  // of the spot that is asked about
+  std::optional<Config> controlled_;  // of the spot that is asked about
   SpotEnd end_;
   bool failed_ = false;
   bool again_ = false;  // another run with a repetition, without asking

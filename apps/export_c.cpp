@@ -45,7 +45,7 @@ int export_c_command(const ExportCOptions& options) {
   const ReducedModel& model = models.reduced();
   clear_progress();
   // As in treat: with the margin for declared uncertainty.
-  const Config controlled = told_to_controller(config, model);
+  const Config controlled = controller_config(config, model);
   const std::vector<ExportedFile> files =
       export_c(model, controlled.control, config.estimator, how);
 
@@ -55,7 +55,7 @@ int export_c_command(const ExportCOptions& options) {
       "WARNING   the supervisor is not in it: see README.md in the folder\n"
       "written   {}\n",
       version(), kResearchNotice, options.single_precision ? "single" : "double",
-      controlled.control.horizon, config.believes() ? model.uncertain->order() : model.order(),
+      controlled.control.horizon, config.uses_prior() ? model.uncertain->order() : model.order(),
       model.period * 1e3, folder.string());
   return 0;
 }

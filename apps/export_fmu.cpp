@@ -96,8 +96,7 @@ int export_fmu(const ExportFmuOptions& options) {
     ModelStore models(config, !options.no_cache, progress_bar("reducing"));
     const ReducedModel& model = models.reduced();
     clear_progress();
-    write_file(options.out,
-               zip_archive(fmu_source_files(told_to_controller(config, model), model)));
+    write_file(options.out, zip_archive(fmu_source_files(controller_config(config, model), model)));
     say("WARNING   the supervisor is not in the sources: see docs/fmu.md\n");
   } else {
     write_file(options.out, zip_archive(files_with_library(kind, config, options)));

@@ -32,7 +32,7 @@ struct EyeOptions : CommonOptions {
 };
 int eye_command(const EyeOptions& options) {
   if (!options.tell.empty()) {
-    const std::string answer = tell_eye(options.socket, options.tell);
+    const std::string answer = command_eye(options.socket, options.tell);
     print("{}\n", answer);
     return answer.starts_with("refused") ? 2 : 0;
   }

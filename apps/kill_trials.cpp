@@ -137,7 +137,7 @@ int kill_trials(const FaultsOptions& options) {
     for (int i = 0; i < count; ++i) {
       draw_progress("killing", static_cast<double>(i) / count, "controllers");
       const bool stop_only = i >= options.kills;
-      tell_eye(eye.socket(), "cold");
+      command_eye(eye.socket(), "cold");
       const pid_t controller =
           start_controller(file, eye.socket(), (folder / fmt::format("{}", i)).string());
       const double moment = 200.0 * uniform(1, static_cast<std::uint64_t>(i), RandomStream::kStudy);

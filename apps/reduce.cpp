@@ -73,7 +73,7 @@ int reduce_command(const ReduceOptions& options) {
   const auto full = std::make_shared<const FullOrderModel>(config.tissue, config.grid);
   ReducedModel model = reduce(full, config.model.reduction, config.control.period,
                               config.model.discretization, progress_bar("reducing"));
-  if (config.believes()) {
+  if (config.uses_prior()) {
     model.uncertain = std::make_shared<const UncertainModel>(fit_uncertain_model(
         config.tissue, config.grid, config.estimator.prior, config.control.period));
   }

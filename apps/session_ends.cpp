@@ -54,7 +54,7 @@ int finish_session(const std::filesystem::path& out, const Session& session,
   say("report    {}\n", (out / "index.html").string());
   constexpr int kDeviceFault = 3;
   const bool clean = std::all_of(result.spots.begin(), result.spots.end(), [](const auto& spot) {
-    return went_to_its_end(spot.ending()) || spot.ending() == SpotEnding::kSkipped;
+    return is_complete(spot.ending()) || spot.ending() == SpotEnding::kSkipped;
   });
   return result.end == SessionEnd::kDeviceFault         ? kDeviceFault
          : result.end == SessionEnd::kComplete && clean ? 0

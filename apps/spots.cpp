@@ -71,7 +71,7 @@ std::string csv_rows(const std::string& name, const std::vector<SpotOutcome>& sp
 std::size_t accepted(std::size_t treatments) { return std::max<std::size_t>(2, treatments / 750); }
 
 // Prints the corners with most violations, and the verdict.
-int print_corners(const CornerAttack& attack, std::vector<CornerOutcome> corners) {
+int print_corners(const CornerEffort& effort, std::vector<CornerOutcome> corners) {
   constexpr std::size_t kShown = 6;
   std::size_t treatments = 0;
   std::size_t over = 0;
@@ -91,8 +91,8 @@ int print_corners(const CornerAttack& attack, std::vector<CornerOutcome> corners
     print(
         "{} corners with {} treatments each, the {} worst with {}: {} of {} over the limit, held "
         "{:.2f} K in the mean\n",
-        corners.size(), std::min(attack.survey, attack.count),
-        std::min(attack.worst, corners.size()), attack.count, over, treatments, held);
+        corners.size(), std::min(effort.survey, effort.count),
+        std::min(effort.worst, corners.size()), effort.count, over, treatments, held);
   }
   for (std::size_t i = 0; i < std::min(kShown, corners.size()); ++i) {
     const CornerOutcome& corner = corners[i];
@@ -101,7 +101,7 @@ int print_corners(const CornerAttack& attack, std::vector<CornerOutcome> corners
           corner.peak_max, corner.peak_max_alpha, corner.held_mean);
   }
   print("{}: {} corners with more than {} of {} over the limit\n",
-        failed == 0 ? "passed" : "FAILED", failed, accepted(attack.count), attack.count);
+        failed == 0 ? "passed" : "FAILED", failed, accepted(effort.count), effort.count);
   return failed == 0 ? 0 : 1;
 }
 
@@ -126,7 +126,7 @@ int spots_command(const SpotsOptions& options) {
       "K\n",
       options.count, options.range.alpha_low, options.range.alpha_high,
       nominal.control.period * 1e3, nominal.control.horizon, nominal.plant.noise, limit);
-  robust = told_to_controller(robust, model);
+  robust = controller_config(robust, model);
   if (nominal.uncertainty.declared()) {
     print(
         "tissue off by up to {:g} / {:g} / {:g} % (spot radius / thicknesses / absorption): "
@@ -136,10 +136,10 @@ int spots_command(const SpotsOptions& options) {
         robust.control.peak_max);
   }
   if (options.corners || options.this_eye) {
-    CornerAttack attack{.survey = options.survey, .count = options.count};
+    CornerEffort effort{.survey = options.survey, .count = options.count};
     if (options.this_eye) robust.uncertainty = {};
-    return print_corners(attack, attack_corners(robust, model, options.range, limit, attack,
-                                                progress_bar("robust")));
+    return print_corners(
+        effort, treat_corners(robust, model, options.range, limit, effort, progress_bar("robust")));
   }
   print("{:<22}{:>6}{:>18}{:>16}{:>18}{:>16}{:>9}\n", "", "spots", "highest peak K", "to 95 % ms",
         "held K", "RMS error K", "alpha %");

@@ -67,8 +67,8 @@ struct Models {
 /// simulated eye. Called without the GIL. Throws Error.
 std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache, bool eye);
 
-/// told_to_controller(), kept in memory: its search takes up to minutes. Called without the GIL.
-Config told(const Config& config, const ReducedModel& model);
+/// controller_config(), kept in memory: its search takes up to minutes. Called without the GIL.
+Config cached_controller_config(const Config& config, const ReducedModel& model);
 
 /// Runs `work(stop)` on its own thread without the GIL; meanwhile checks for signals (Ctrl-C sets
 /// `stop`, waits for the end and raises KeyboardInterrupt) and calls `watch` several times a

@@ -56,7 +56,8 @@ template <typename Maker>
 auto made(const ReducedModel& model, const OwnedConfig& config, Maker make) {
   check_period(model, config.config());
   Config controlled;
-  interruptible([&](std::atomic<bool>&) { controlled = told(config.config(), model); });
+  interruptible(
+      [&](std::atomic<bool>&) { controlled = cached_controller_config(config.config(), model); });
   return make(controlled);
 }
 
@@ -103,7 +104,8 @@ void bind_controller(nb::module_& module) {
           "__init__",
           [](OwnedController* self, const ReducedModel& model, const OwnedConfig& config) {
             made(model, config, [&](const Config& controlled) {
-              new (self) OwnedController(told_of(model, controlled.estimator.timing), controlled);
+              new (self)
+                  OwnedController(controller_model(model, controlled.estimator.timing), controlled);
             });
           },
           nb::arg("model"), nb::arg("config"))
@@ -153,7 +155,7 @@ void bind_controller(nb::module_& module) {
           [](OwnedEstimator* self, const ReducedModel& model, const OwnedConfig& config) {
             check_period(model, config.config());
             const EstimatorSettings& settings = config.config().estimator;
-            new (self) OwnedEstimator(told_of(model, settings.timing), settings);
+            new (self) OwnedEstimator(controller_model(model, settings.timing), settings);
           },
           nb::arg("model"), nb::arg("config"))
       .def(

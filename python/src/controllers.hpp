@@ -6,7 +6,7 @@
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/loop/controller.hpp"
-#include "photocoag/loop/own_parts.hpp"
+#include "photocoag/loop/user_parts.hpp"
 #if PHOTOCOAG_HAS_OSQP
 #include "photocoag/osqp/sparse.hpp"
 #endif
@@ -23,8 +23,8 @@ class OwnedController {
   decltype(auto) visit(F f) {
     return std::visit(f, *controller_);
   }
-  OwnController part() {
-    return visit([](auto& controller) { return OwnController(controller); });
+  ControllerRef part() {
+    return visit([](auto& controller) { return ControllerRef(controller); });
   }
   double period() const noexcept { return period_; }
 

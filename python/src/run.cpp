@@ -10,7 +10,6 @@
 #include "arrays.hpp"
 #include "common.hpp"
 #include "controllers.hpp"
-#include "own_parts.hpp"
 #include "photocoag/fom/stepper.hpp"
 #include "photocoag/log/fields.hpp"
 #include "photocoag/report/report.hpp"
@@ -19,6 +18,7 @@
 #include "photocoag/run/run_csv.hpp"
 #include "photocoag/run/run_folder.hpp"
 #include "run.hpp"
+#include "user_parts.hpp"
 
 namespace photocoag::python {
 namespace {
@@ -97,7 +97,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
   std::atomic<bool> stop{false};
   std::atomic<std::size_t> progress{0};
   Failure failure(stop);
-  OwnParts own;
+  UserParts own;
   std::optional<PythonPlant> python_plant;
   if (nb::isinstance<FullOrderPlant>(plant)) {
     own.plant.emplace(nb::cast<FullOrderPlant&>(plant));
@@ -107,7 +107,7 @@ void with_python_parts(OwnedRun& run, const Config& controlled, nb::handle contr
     own.plant.emplace(python_plant.emplace(plant, failure));
   }
   const EyeModel eye = own.plant ? EyeModel{} : models.eye();
-  const ReducedModel model = told_of(*models.reduced, controlled.estimator.timing);
+  const ReducedModel model = controller_model(*models.reduced, controlled.estimator.timing);
   const auto simulate = [&](auto& part) {
     own.controller.emplace(part);
     run.treatment = simulate_with(controlled, *models.reduced, eye, own, stop, progress);
@@ -168,7 +168,7 @@ std::shared_ptr<OwnedRun> simulate(const OwnedConfig& owned, nb::handle controll
   interruptible([&](std::atomic<bool>& stop) {
     run->models = models_without_gil(run->config, use_cache, plant.is_none());
     if (!own) *run = simulated(run->config, run->models, stop);
-    if (own) run->controlled = told(run->config, *run->models->reduced);
+    if (own) run->controlled = cached_controller_config(run->config, *run->models->reduced);
   });
   if (!own) return run;
   with_parts(*run, run->controlled, controller, estimator, plant, *run->models);
@@ -183,7 +183,7 @@ std::shared_ptr<OwnedRun> treat(const OwnedConfig& owned, bool use_cache) {
   interruptible([&](std::atomic<bool>& stop) {
     require_real_time(run->config);
     run->models = models_without_gil(run->config, use_cache, true);
-    run->controlled = told(run->config, *run->models->reduced);
+    run->controlled = cached_controller_config(run->config, *run->models->reduced);
     std::atomic<std::size_t> progress{0};
     const std::lock_guard lock(run->models->mutex);
     run->treatment =
@@ -198,7 +198,7 @@ OwnedRun simulated(const Config& config, const std::shared_ptr<Models>& models,
                    std::atomic<bool>& stop) {
   OwnedRun run;
   run.config = config;
-  run.controlled = told(config, *models->reduced);
+  run.controlled = cached_controller_config(config, *models->reduced);
   run.models = models;
   std::atomic<std::size_t> progress{0};
   run.treatment =

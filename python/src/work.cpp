@@ -19,7 +19,7 @@ namespace photocoag::python {
 namespace {
 
 constexpr std::size_t kKept = 8;  // full-order models of some MB each
-constexpr auto kLook = std::chrono::milliseconds(50);
+constexpr auto kPoll = std::chrono::milliseconds(50);
 
 // Cache of the most recent values by key.
 template <typename T>
@@ -86,7 +86,7 @@ std::shared_ptr<Models> models_without_gil(const Config& config, bool use_cache,
   });
 }
 
-Config told(const Config& config, const ReducedModel& model) {
+Config cached_controller_config(const Config& config, const ReducedModel& model) {
   if (!wants_margin(config)) return config;
   static Recent<ControlSettings> recent;
   Config key = config;
@@ -98,7 +98,7 @@ Config told(const Config& config, const ReducedModel& model) {
   key.plant.choroid_factor = 1.0;
   const std::string text = fmt::format("{} {}", config_sha256(key), sha256_hex(to_json(model)));
   Config result = config;
-  result.control = recent.get(text, [&] { return told_to_controller(config, model).control; });
+  result.control = recent.get(text, [&] { return controller_config(config, model).control; });
   return result;
 }
 
@@ -125,7 +125,7 @@ void interruptible(const std::function<void(std::atomic<bool>& stop)>& work,
     {
       const nb::gil_scoped_release release;
       std::unique_lock lock(mutex);
-      over = ended.wait_for(lock, kLook, [&] { return done; });
+      over = ended.wait_for(lock, kPoll, [&] { return done; });
     }
     if (over || raised) continue;
     raised = PyErr_CheckSignals() != 0;

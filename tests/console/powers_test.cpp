@@ -15,9 +15,9 @@ struct Eye {
   Config config = load_config("", {"grid.min_cells=2000", "run.duration_ms=1000"});
   ModelStore models{config, true};
 
-  Treatment treat(const std::atomic<bool>& stop, const Onlooker& onlooker = {}) {
+  Treatment treat(const std::atomic<bool>& stop, const TreatmentMonitor& monitor = {}) {
     std::atomic<std::size_t> done{0};
-    return run_treatment(config, models, virtual_eye(), stop, done, {}, {}, onlooker);
+    return run_treatment(config, models, virtual_eye(), stop, done, {}, {}, monitor);
   }
 };
 

@@ -15,7 +15,7 @@
 namespace photocoag {
 namespace {
 
-constexpr double kForEver = 1e6;  // s
+constexpr double kNoTimeout = 1e6;  // s
 
 TEST(Process, PassesMuchInputAndOutputThrough) {
   const std::string text(3'000'000, 'x');
@@ -60,7 +60,8 @@ TEST(Process, ASignalEndsTheWait) {
   sigaction(SIGTERM, nullptr, &before);
   stop_on_signals({SIGTERM});
   // The program itself sends the signal: the wait has begun.
-  expect_killed("kill -TERM $PPID; exec sleep 1000000", kForEver, "stopped, as asked by a signal");
+  expect_killed("kill -TERM $PPID; exec sleep 1000000", kNoTimeout,
+                "stopped, as asked by a signal");
   EXPECT_TRUE(stop_requested());
   // One that came before does not count: a treatment that was stopped still gets its report.
   EXPECT_EQ(run_program({"echo", "drawn"}).output, "drawn\n");
@@ -70,7 +71,7 @@ TEST(Process, ASignalEndsTheWait) {
 TEST(Process, WaitsForAChildOfItsOwn) {
   const pid_t quick = fork();
   if (quick == 0) _exit(7);
-  const std::optional<int> status = wait_for_child(quick, kForEver);
+  const std::optional<int> status = wait_for_child(quick, kNoTimeout);
   ASSERT_TRUE(status);
   EXPECT_EQ(WEXITSTATUS(*status), 7);
   const pid_t slow = fork();
@@ -93,7 +94,7 @@ TEST(StopSignal, OneThatIsIgnoredStaysIgnored) {
     raise(SIGINT);
     _exit(kept && stop_requested() && stop_requests() == before + 1 ? 0 : 1);
   }
-  EXPECT_EQ(wait_for_child(child, kForEver), 0);
+  EXPECT_EQ(wait_for_child(child, kNoTimeout), 0);
 }
 
 }  // namespace

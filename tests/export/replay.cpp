@@ -154,7 +154,7 @@ std::vector<ReplayCase> replay_cases(int horizon) {
 
 std::vector<ReplayCycle> record(const ReducedModel& plain, const ReplayCase& what, int cycles,
                                 std::uint64_t seed) {
-  const ReducedModel model = told_of(plain, what.estimator.timing);
+  const ReducedModel model = controller_model(plain, what.estimator.timing);
   const Controller cold(model, what.control, what.estimator);
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;

@@ -170,13 +170,13 @@ TEST_P(BothTransports, TheLoopsCallsAllocateNothing) {
 
 TEST(EyeLink, LinesOfText) {
   RunningEye eye;
-  EXPECT_NE(tell_eye(eye.socket(), "status").find("pulses="), std::string::npos);
-  EXPECT_EQ(tell_eye(eye.socket(), "cold"), "ok");
-  EXPECT_EQ(tell_eye(eye.socket(), "fault M2@120"), "ok");
-  EXPECT_NE(tell_eye(eye.socket(), "fault X7@1").find("refused"), std::string::npos);
-  EXPECT_NE(tell_eye(eye.socket(), "open sesame").find("refused"), std::string::npos);
-  EXPECT_NE(tell_eye(eye.socket(), std::string(900, '\x7f')).find("refused"), std::string::npos);
-  EXPECT_NE(message_of([] { tell_eye("/no/such/eye", "status"); }).find("/no/such/eye"),
+  EXPECT_NE(command_eye(eye.socket(), "status").find("pulses="), std::string::npos);
+  EXPECT_EQ(command_eye(eye.socket(), "cold"), "ok");
+  EXPECT_EQ(command_eye(eye.socket(), "fault M2@120"), "ok");
+  EXPECT_NE(command_eye(eye.socket(), "fault X7@1").find("refused"), std::string::npos);
+  EXPECT_NE(command_eye(eye.socket(), "open sesame").find("refused"), std::string::npos);
+  EXPECT_NE(command_eye(eye.socket(), std::string(900, '\x7f')).find("refused"), std::string::npos);
+  EXPECT_NE(message_of([] { command_eye("/no/such/eye", "status"); }).find("/no/such/eye"),
             std::string::npos);
 }
 
@@ -202,7 +202,7 @@ TEST(EyeLink, GarbageOnTheSocketHurtsNobody) {
     send_message(socket, garbage.data(), garbage.size());
     close(socket);
   }
-  EXPECT_NE(tell_eye(eye.socket(), "status").find("attached=0"), std::string::npos);
+  EXPECT_NE(command_eye(eye.socket(), "status").find("attached=0"), std::string::npos);
 }
 
 }  // namespace

@@ -142,7 +142,8 @@ TEST(EyeProtocol, EveryDescriptorThatComesAlongIsClosed) {
 
 TEST(EyeProtocol, AMessageThatIsTooLongIsRefused) {
   const RunningEye eye;
-  EXPECT_NE(tell_eye(eye.socket(), std::string(20'000, 'x')).find("too long"), std::string::npos);
+  EXPECT_NE(command_eye(eye.socket(), std::string(20'000, 'x')).find("too long"),
+            std::string::npos);
 }
 
 TEST(EyeProtocol, ManyConnectionsKeepNobodyOut) {
@@ -150,7 +151,7 @@ TEST(EyeProtocol, ManyConnectionsKeepNobodyOut) {
   const std::size_t before = open_descriptors();
   std::vector<int> idle;
   for (int i = 0; i < 200; ++i) idle.push_back(connect_to(eye.socket()));
-  EXPECT_NE(tell_eye(eye.socket(), "status").find("pulses="), std::string::npos);
+  EXPECT_NE(command_eye(eye.socket(), "status").find("pulses="), std::string::npos);
   EXPECT_LE(open_descriptors(), before + 200 + 20) << "the eye, in this process, keeps 16";
   const EyeDevice device(eye.link(EyeTransport::kSharedMemory));
   EXPECT_EQ(device.pulses_per_period(), 10);

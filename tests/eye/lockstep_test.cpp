@@ -175,8 +175,8 @@ TEST(EyePacing, FaultsInWallTimeAreNotAddedInLockstep) {
   EyeDevice device(eye.link(EyeTransport::kSharedMemory));
   device.follow_in_lockstep();
   device.begin(2);
-  EXPECT_NE(tell_eye(eye.socket(), "fault T1@5*2").find("refused"), std::string::npos);
-  EXPECT_EQ(tell_eye(eye.socket(), "fault M2@120"), "ok");
+  EXPECT_NE(command_eye(eye.socket(), "fault T1@5*2").find("refused"), std::string::npos);
+  EXPECT_EQ(command_eye(eye.socket(), "fault M2@120"), "ok");
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ class RunningEye {
   }
   /// The number behind `name=` in the eye's status.
   long status(const std::string& name) const {
-    const std::string text = tell_eye(socket(), "status");
+    const std::string text = command_eye(socket(), "status");
     const std::size_t at = text.find(name + "=");
     return at == std::string::npos ? -1 : std::stol(text.substr(at + name.size() + 1));
   }

@@ -17,7 +17,7 @@ TEST(Corners, AreAllCombinationsAndASmallSpotIsTheHottest) {
            "uncertainty.absorption_relative=0.1"});
   ModelStore models(config, true);
   // Not backed off: the limit is exceeded.
-  const auto corners = attack_corners(config, models.reduced(), {}, 32.0, {.count = 8});
+  const auto corners = treat_corners(config, models.reduced(), {}, 32.0, {.count = 8});
   std::map<std::string, double> highest;
   for (const CornerOutcome& corner : corners) {
     highest[corner.name] = corner.peak_max;

@@ -55,7 +55,7 @@ TEST(ReducedIntersample, WhatAControllerIsToldIsWhatTheEyeShows) {
        {IntersampleTiming{1.0, 0.0, 0.0}, IntersampleTiming{0.0, 0.5, 0.0},
         IntersampleTiming{0.25, 0.25, 0.0}, IntersampleTiming{0.4, 0.2, 0.4}}) {
     ReducedIntersamplePlant eye(model(), kAlpha, timing, 0.0);
-    ReducedPlant told(told_of(model(), timing), kAlpha);
+    ReducedPlant told(controller_model(model(), timing), kAlpha);
     ReducedPlant plain(model(), kAlpha);
     for (int n = 0; n < 6; ++n) {
       eye.step(power_of(n));
@@ -69,8 +69,8 @@ TEST(ReducedIntersample, WhatAControllerIsToldIsWhatTheEyeShows) {
 }
 
 TEST(ReducedIntersample, NothingToKnowIsTheModelItself) {
-  EXPECT_EQ(told_of(model(), {}).order(), model().order());
-  EXPECT_EQ(told_of(model(), {.averaging = 1.0}).order(), 2 * model().order());
+  EXPECT_EQ(controller_model(model(), {}).order(), model().order());
+  EXPECT_EQ(controller_model(model(), {.averaging = 1.0}).order(), 2 * model().order());
 }
 
 TEST(ReducedIntersample, RefusesWhatItCannotTell) {

@@ -106,10 +106,10 @@ TEST(MultiModelObserver, CountsEveryAbsorptionWhileItIsSuspicious) {
   const double trusting = observer.power_for_peak(32.0);
   EXPECT_TRUE(observer.compare(eye.outputs().volume + 5.0).above);
   EXPECT_FALSE(observer.compare(eye.outputs().volume - 5.0).above);
-  observer.suspect(true);
+  observer.set_suspicious(true);
   EXPECT_LT(observer.power_for_peak(32.0), 0.3 * trusting);
   EXPECT_LT(observer.steady_power(30.0), 0.5 * trusting);
-  observer.suspect(false);
+  observer.set_suspicious(false);
   EXPECT_EQ(observer.power_for_peak(32.0), trusting) << "nothing is forgotten";
 }
 

@@ -34,14 +34,14 @@ std::vector<Outcome> attacked(const Settings& controller, const std::vector<Sett
                               std::size_t count, const SpotRange& range = {}) {
   const Config config = declared(controller);
   ModelStore models(config, false);
-  const Config told = told_to_controller(config, models.reduced());
+  const Config controlled = controller_config(config, models.reduced());
   std::vector<Outcome> outcomes;
   for (const Settings& eye : eyes) {
-    Config one = told;
+    Config one = controlled;
     one.plant = load_config("", eye).plant;
     one.uncertainty = {};
     const auto corner =
-        attack_corners(one, models.reduced(), range, config.control.peak_max, {.count = count});
+        treat_corners(one, models.reduced(), range, config.control.peak_max, {.count = count});
     outcomes.push_back({corner[0].over, corner[0].peak_max, corner[0].held_mean});
   }
   return outcomes;

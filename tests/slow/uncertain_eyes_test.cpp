@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "photocoag/campaign/campaign_file.hpp"
-#include "photocoag/campaign/honesty.hpp"
+#include "photocoag/campaign/posterior_consistency.hpp"
 #include "photocoag/campaign/spot.hpp"
 #include "photocoag/run/model_cache.hpp"
 #include "photocoag/run/supervision.hpp"
@@ -35,7 +35,8 @@ Campaign unsupervised() {
 
 TEST(UncertainEyes, TheEstimateIsAsGoodAsABatchEstimateAndAsItSays) {
   const Campaign campaign = unsupervised();
-  const Honesty all = honesty_of(campaign, make_spot_models(campaign, true), 90);
+  const PosteriorConsistency all =
+      posterior_consistency(campaign, make_spot_models(campaign, true), 90);
   ASSERT_EQ(all.cycles.size(), 250U);
   EXPECT_LT(all.rms_K, 1.05 * all.batch_rms_K);
   EXPECT_GT(all.rms_K, 0.95 * all.batch_rms_K);
@@ -58,7 +59,8 @@ TEST(UncertainEyes, APriorThatIsTooNarrowIsSeenByItsErrors) {
   Campaign campaign = unsupervised();
   // The eyes stay; the controller believes deviations of a third.
   for (double& entry : campaign.config.estimator.prior.covariance) entry /= 9.0;
-  const Honesty all = honesty_of(campaign, make_spot_models(campaign, true), 45);
+  const PosteriorConsistency all =
+      posterior_consistency(campaign, make_spot_models(campaign, true), 45);
   EXPECT_GT(all.cycles[249].nees[0], 2.0);
   EXPECT_LT(all.cycles[249].covered[0], 0.85);
 }

@@ -1,6 +1,6 @@
 // Role: offline; the maximum a posteriori estimate of the uncertain quantities from all individual
-// samples of a record. Used by campaign/honesty, to check estimation/posterior, with which it
-// shares only the model. Units: SI. Real time: no.
+// samples of a record. Used by campaign/posterior_consistency, to check estimation/posterior, with
+// which it shares only the model. Units: SI. Real time: no.
 #pragma once
 
 #include <vector>

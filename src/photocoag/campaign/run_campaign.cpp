@@ -23,16 +23,16 @@ namespace {
 using Clock = std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBatchPerThread = 8;             // spots that a rank asks for at a time
-constexpr auto kNap = std::chrono::microseconds(500);  // of the main thread, between looks
+constexpr std::size_t kBatchPerThread = 8;              // spots that a rank asks for at a time
+constexpr auto kPoll = std::chrono::microseconds(500);  // of the main thread, between looks
 
 // The threads of one rank: numbers of spots in, records out.
 using Pool = Workers<std::uint64_t, SpotRecord>;
 
 // Numbers of spots that are still to do; rank 0 hands them out.
-class Ledger {
+class SpotQueue {
  public:
-  Ledger(std::uint64_t total, const SpotSet& done) : total_(total), done_(done) {}
+  SpotQueue(std::uint64_t total, const SpotSet& done) : total_(total), done_(done) {}
   std::vector<std::uint64_t> next(std::size_t count) {
     std::vector<std::uint64_t> spots;
     while (spots.size() < count) {
@@ -93,10 +93,10 @@ std::unique_ptr<Journal> prepare_folder(const fs::path& out, const Campaign& cam
 void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, unsigned threads,
           const std::atomic<bool>& stop,
           const std::function<void(const CampaignProgress&)>& progress, CampaignResult& result) {
-  Ledger ledger(campaign.spots, journal.spots());
+  SpotQueue queue(campaign.spots, journal.spots());
   const auto begin = Clock::now();
   const std::clock_t cpu_begin = std::clock();
-  auto told = begin;
+  auto reported = begin;
   int working = ranks.size() - 1;  // other ranks that have not been told the end
   std::size_t outside = 0;         // spots that other ranks have and have not sent back
   const auto keep = [&](const SpotRecord& record) {
@@ -114,12 +114,12 @@ void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, 
   bool exhausted = false;
   while (true) {
     if (stop.load(std::memory_order_relaxed)) {
-      ledger.close();
+      queue.close();
       pool.clear();
     }
     for (const SpotRecord& record : pool.take()) keep(record);
     if (pool.waiting() < threads) {
-      const auto spots = ledger.next(kBatchPerThread * threads);
+      const auto spots = queue.next(kBatchPerThread * threads);
       for (const std::uint64_t spot : spots) pool.add(spot);
       exhausted = spots.empty();
     }
@@ -132,7 +132,7 @@ void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, 
       // A request: its number of threads. An empty answer is the end.
       const auto count = kBatchPerThread * static_cast<std::size_t>(message->values.at(0));
       std::vector<double> answer;
-      for (const std::uint64_t spot : ledger.next(count)) {
+      for (const std::uint64_t spot : queue.next(count)) {
         answer.push_back(std::bit_cast<double>(spot));
       }
       outside += answer.size();
@@ -140,11 +140,11 @@ void lead(const Campaign& campaign, Journal& journal, Ranks& ranks, Pool& pool, 
       ranks.send(message->from, Ranks::Tag::kWork, answer);
     }
     if (exhausted && working == 0 && outside == 0 && pool.idle()) break;
-    if (progress && Clock::now() - told > std::chrono::milliseconds(200)) {
-      told = Clock::now();
+    if (progress && Clock::now() - reported > std::chrono::milliseconds(200)) {
+      reported = Clock::now();
       tell();
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPoll);
   }
   if (progress) tell();
   result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -174,14 +174,14 @@ void follow(Ranks& ranks, Pool& pool, unsigned threads) {
         ++held;
       }
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPoll);
   }
   while (held > 0) {
     for (const SpotRecord& record : pool.take()) {
       ranks.send(0, Ranks::Tag::kResult, to_block(record));
       --held;
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPoll);
   }
 }
 

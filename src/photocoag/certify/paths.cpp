@@ -5,7 +5,7 @@
 namespace photocoag {
 namespace {
 
-constexpr double kSurely = 1e-10;  // DenseSolver also treats a rate above this as positive
+constexpr double kPositiveRate = 1e-10;  // DenseSolver also treats a rate above this as positive
 
 // Depth first. A node is the solver between two decisions; its region is where all decisions on the
 // way to it are possible.
@@ -115,7 +115,7 @@ class Search {
     const double v_size = problem_.size(v);
     const double m_size = largest_size(at);
     const double curvature = d.curvature.range().magnitude();
-    const auto rises = [&](int k) { return d.rate[k].range().low > kSurely; };
+    const auto rises = [&](int k) { return d.rate[k].range().low > kPositiveRate; };
     // sign (lambda_k d2'd2 - violation r_k) >= 0.
     const auto in_order = [&](int k, double sign) {
       region_.add(

@@ -71,7 +71,7 @@ void require_valid_chance(const Config& config) {
 }
 
 void require_valid_posterior(const Config& config) {
-  if (!config.believes()) return;
+  if (!config.uses_prior()) return;
   require(config.prior.declared(), "estimator.kind", std::string_view("\"posterior\""),
           "\"ekf\" or \"mhe\"; \"posterior\" needs a [[prior]]");
   require(config.estimator.unknowns == Unknowns::kRpe, "estimator.unknowns",
@@ -155,7 +155,7 @@ void Config::validate() const {
   require_valid_posterior(*this);
 }
 
-bool Config::believes() const noexcept {
+bool Config::uses_prior() const noexcept {
   return estimator.kind == EstimatorKind::kPosterior || control.robust == Robustness::kChance;
 }
 
@@ -164,7 +164,7 @@ Config config_of(const std::vector<Source>& sources, Places& places) {
   places = read_sources(sources, config);
   try {
     config.validate();
-    if (config.believes()) {
+    if (config.uses_prior()) {
       config.estimator.kind = EstimatorKind::kPosterior;  // the only one that knows a quantile
       config.estimator.prior = belief_of(config.prior, config.estimator);
     }

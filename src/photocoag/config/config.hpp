@@ -118,7 +118,7 @@ struct Config {
   /// Number of control cycles: duration / period, rounded to the nearest, at least 1.
   std::size_t cycles() const noexcept;
   /// True if the prior is used: by estimator.kind or control.robust.
-  bool believes() const noexcept;
+  bool uses_prior() const noexcept;
   /// Throws Error naming the key, the value and what is accepted.
   void validate() const;
 };

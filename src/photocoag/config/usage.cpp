@@ -114,18 +114,18 @@ std::string switched_off(const Config& c, const std::string& key, Use use) {
       !c.uncertainty.declared() && !many) {
     return chance ? "control.robust = \"chance\"" : "control.robust = \"none\"";
   }
-  if (!c.believes() && key == "prior") {
+  if (!c.uses_prior() && key == "prior") {
     return "neither estimator.kind = \"posterior\" nor control.robust = \"chance\"";
   }
   if (!chance && is({"control.limit_probability", "control.identification_power_W",
                      "control.identification_sigma_K"})) {
     return "control.robust is not \"chance\"";
   }
-  if (c.believes() && c.prior.find("plant.absorption_factor") != nullptr &&
+  if (c.uses_prior() && c.prior.find("plant.absorption_factor") != nullptr &&
       is({"estimator.absorption_initial", "estimator.absorption_sigma_initial"})) {
     return "the [[prior]] of plant.absorption_factor";
   }
-  if (c.believes() && c.prior.find("plant.noise_K") != nullptr &&
+  if (c.uses_prior() && c.prior.find("plant.noise_K") != nullptr &&
       key == "estimator.measurement_noise_K") {
     return "the [[prior]] of plant.noise_K";
   }

@@ -40,7 +40,7 @@ class WebClient {
   std::string take_received() { return std::exchange(received_, {}); }
 
   /// Counts a message. False if there were too many in the last second.
-  bool may_speak(std::int64_t now_us) {
+  bool allow_message(std::int64_t now_us) {
     constexpr std::int64_t kSecond = 1'000'000;
     if (now_us - second_ >= kSecond) {
       second_ = now_us;
@@ -52,7 +52,7 @@ class WebClient {
   /// Queues a message. False if the queue is full; the client is then to be disconnected.
   bool push(const Message& message) {
     if (queued_ + message->bytes.size() > limits_.queue_bytes) {
-      doomed_ = true;
+      overflowed_ = true;
       queue_.clear();
       queued_ = 0;
       return false;
@@ -69,7 +69,7 @@ class WebClient {
     return first;
   }
   bool idle() const noexcept { return queue_.empty(); }
-  bool doomed() const noexcept { return doomed_; }
+  bool overflowed() const noexcept { return overflowed_; }
 
  private:
   int id_;
@@ -80,7 +80,7 @@ class WebClient {
   int spoken_ = 0;
   std::deque<Message> queue_;
   std::size_t queued_ = 0;
-  bool doomed_ = false;
+  bool overflowed_ = false;
 };
 
 }  // namespace photocoag

@@ -124,7 +124,7 @@ Json prior_lines(const Config& config) {
                        range(config.estimator.absorption_min, config.estimator.absorption_max))));
   for (const RandomQuantity& quantity : config.prior.quantities) {
     lines.push_back(
-        line(quantity.key, spread_of(quantity) + (config.believes() ? "" : " (not used)")));
+        line(quantity.key, spread_of(quantity) + (config.uses_prior() ? "" : " (not used)")));
   }
   return lines;
 }

@@ -146,7 +146,7 @@ struct ConsoleServer::Impl {
   }
 
   void push(lws* wsi, WebClient& client, const WebClient::Message& message) {
-    if (client.doomed()) return;
+    if (client.overflowed()) return;
     if (client.push(message)) {
       lws_callback_on_writable(wsi);
       return;
@@ -176,7 +176,7 @@ struct ConsoleServer::Impl {
                                                      : settings.limits.message_bytes));
     }
     if (lws_is_final_fragment(wsi) == 0 || lws_remaining_packet_payload(wsi) > 0) return 0;
-    if (!client.may_speak(lws_now_usecs())) {
+    if (!client.allow_message(lws_now_usecs())) {
       return close_for(wsi, refusals.flood, LWS_CLOSE_STATUS_POLICY_VIOLATION,
                        fmt::format("{}more than {} messages in a second", who,
                                    settings.limits.messages_per_second));

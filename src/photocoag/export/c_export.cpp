@@ -92,7 +92,7 @@ std::vector<ExportedFile> export_c(const ReducedModel& model, const ControlSetti
                                    const EstimatorSettings& estimator,
                                    const CExportOptions& options) {
   require_exportable(control, estimator, options);
-  static_cast<void>(Controller(told_of(model, estimator.timing), control, estimator));
+  static_cast<void>(Controller(controller_model(model, estimator.timing), control, estimator));
   const std::map<std::string, std::string> values =
       c_placeholders(model, control, estimator, options);
   std::vector<ExportedFile> files;

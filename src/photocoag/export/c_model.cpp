@@ -209,7 +209,7 @@ std::map<std::string, std::string> c_placeholders(const ReducedModel& model,
   const bool posterior = estimator.kind == EstimatorKind::kPosterior;
   // The posterior's modes have a control problem of their own.
   const ReducedModel told =
-      posterior ? model.uncertain->control_model() : told_of(model, estimator.timing);
+      posterior ? model.uncertain->control_model() : controller_model(model, estimator.timing);
   add_posterior(posterior ? model.uncertain.get() : nullptr, control, estimator, write, out);
   add_model(told, estimator.choroid_initial, write, out);
   add_rows(told, control.horizon, write, out);

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "photocoag/core/error.hpp"
-#include "photocoag/eye/eye_reception.hpp"
+#include "photocoag/eye/eye_socket_server.hpp"
 #include "photocoag/rt/clock.hpp"
 #include "photocoag/rt/real_time.hpp"
 
@@ -21,10 +21,10 @@ namespace {
 /// The pulse thread.
 class Pulses {
  public:
-  Pulses(EyeDesk& desk, PulsedEye& eye, const EyeServerOptions& options,
+  Pulses(EyeSharedState& shared, PulsedEye& eye, const EyeServerOptions& options,
          const std::atomic<bool>& stop, EyeStatistics& statistics)
-      : desk_(desk),
-        memory_(*desk.memory),
+      : shared_(shared),
+        memory_(*shared.memory),
         eye_(eye),
         options_(options),
         stop_(stop),
@@ -45,16 +45,16 @@ class Pulses {
 
  private:
   bool goes_on() const noexcept {
-    return !stop_.load(std::memory_order_relaxed) && !desk_.end.load(std::memory_order_relaxed) &&
+    return !stop_.load(std::memory_order_relaxed) && !shared_.end.load(std::memory_order_relaxed) &&
            !done_;
   }
   std::int64_t due_ns(std::uint64_t number) const noexcept {
-    return start_ns_ + static_cast<std::int64_t>(number) * desk_.pulse_ns;
+    return start_ns_ + static_cast<std::int64_t>(number) * shared_.pulse_ns;
   }
 
   /// Return from virtual time to the clock: pulse `number` is due now.
   void anchor(std::uint64_t number) noexcept {
-    start_ns_ = monotonic_ns() - static_cast<std::int64_t>(number) * desk_.pulse_ns;
+    start_ns_ = monotonic_ns() - static_cast<std::int64_t>(number) * shared_.pulse_ns;
     memory_.start_ns.store(start_ns_);
     left_lockstep_ = false;
   }
@@ -62,12 +62,12 @@ class Pulses {
   void set_lockstep(bool on) noexcept {
     left_lockstep_ = left_lockstep_ || (lockstep_ && !on);
     lockstep_ = on;
-    desk_.lockstep.store(on, std::memory_order_relaxed);
+    shared_.lockstep.store(on, std::memory_order_relaxed);
   }
 
   /// Waits until the controller requests this pulse, has gone, or has been silent for too long.
   void wait_for_grant(std::uint64_t number) noexcept {
-    constexpr std::int64_t kGlance = 20'000;  // ns
+    constexpr std::int64_t kPollNs = 20'000;  // ns
     const std::int64_t give_up =
         monotonic_ns() + static_cast<std::int64_t>(options_.lockstep_patience * 1e9);
     for (;;) {
@@ -79,7 +79,7 @@ class Pulses {
       if (!lockstep_ || granted_ > number || !goes_on()) return;
       const std::int64_t now = monotonic_ns();
       if (now > give_up) return set_lockstep(false);
-      wait_until(now + kGlance);
+      wait_until(now + kPollNs);
     }
   }
 
@@ -102,7 +102,7 @@ class Pulses {
       return;
     }
     record.answered_ns = lockstep_ ? due : monotonic_ns();
-    const bool late = record.answered_ns > due + desk_.pulse_ns;
+    const bool late = record.answered_ns > due + shared_.pulse_ns;
     if (late) record.flags |= kEyeLate;
     memory_.pulses.store(number + 1, std::memory_order_release);
     const bool by_socket = client_.socket >= 0 && client_.orders == nullptr;
@@ -127,25 +127,25 @@ class Pulses {
     s.late += late ? 1 : 0;
     s.peak_mean_max = std::max(s.peak_mean_max, truth.peak_mean);
     s.peak_pulse_max = std::max(s.peak_pulse_max, truth.peak_pulse);
-    if (late) desk_.late.fetch_add(1, std::memory_order_relaxed);
-    if (record.power_readback > 0.0) desk_.lit.fetch_add(1, std::memory_order_relaxed);
+    if (late) shared_.late.fetch_add(1, std::memory_order_relaxed);
+    if (record.power_readback > 0.0) shared_.lit.fetch_add(1, std::memory_order_relaxed);
     if (record.power_readback == 0.0 && ordered_ > 0.0) {
       ++s.watchdog;
-      desk_.watchdog.fetch_add(1, std::memory_order_relaxed);
+      shared_.watchdog.fetch_add(1, std::memory_order_relaxed);
     }
     constexpr std::uint64_t kRefresh = 1000;
     if (s.pulses % kRefresh == 0) {
-      desk_.work_p50.store(s.work.quantile_us(0.5), std::memory_order_relaxed);
-      desk_.work_p99.store(s.work.quantile_us(0.99), std::memory_order_relaxed);
-      desk_.work_max.store(s.work.max_us(), std::memory_order_relaxed);
+      shared_.work_p50.store(s.work.quantile_us(0.5), std::memory_order_relaxed);
+      shared_.work_p99.store(s.work.quantile_us(0.99), std::memory_order_relaxed);
+      shared_.work_max.store(s.work.max_us(), std::memory_order_relaxed);
     }
   }
 
   /// Handles arriving and leaving controllers and their messages. `number`: of the next pulse.
   void attend(std::uint64_t number) noexcept {
-    if (desk_.cold.exchange(false)) eye_.cool();
+    if (shared_.cold.exchange(false)) eye_.cool();
     if (client_.socket < 0) {
-      EyeClient* arriving = desk_.arriving.exchange(nullptr, std::memory_order_acquire);
+      EyeClient* arriving = shared_.arriving.exchange(nullptr, std::memory_order_acquire);
       if (arriving == nullptr) return;
       welcome(std::move(*arriving));
     }
@@ -215,7 +215,7 @@ class Pulses {
     if (command.valid) ++tokens_;
     if (!eye_.takes(command.power)) {
       ++statistics_.refused;
-      desk_.refused.fetch_add(1, std::memory_order_relaxed);
+      shared_.refused.fetch_add(1, std::memory_order_relaxed);
     }
     commands_[slot] = command;
   }
@@ -239,11 +239,11 @@ class Pulses {
     ordered_ = 0.0;
     set_lockstep(false);
     eye_.dark();
-    desk_.attached.store(false);
+    shared_.attached.store(false);
     done_ = done_ || options_.once;
   }
 
-  EyeDesk& desk_;
+  EyeSharedState& shared_;
   EyeSharedMemory& memory_;
   PulsedEye& eye_;
   const EyeServerOptions& options_;
@@ -269,37 +269,37 @@ class Pulses {
 
 EyeStatistics serve_eye(const EyeServerOptions& options, PulsedEye& eye, FaultScript& faults,
                         double pulse_period, const std::atomic<bool>& stop) {
-  EyeDesk desk;
-  desk.pulse_ns = static_cast<std::int64_t>(std::llround(pulse_period * 1e9));
-  desk.states = eye.states();
-  desk.power_max = eye.power_max();
+  EyeSharedState shared;
+  shared.pulse_ns = static_cast<std::int64_t>(std::llround(pulse_period * 1e9));
+  shared.states = eye.states();
+  shared.power_max = eye.power_max();
   const Listener listener(options.socket);
   const Mapped<EyeSharedMemory> memory =
-      make_sealed<EyeSharedMemory>(Access::kRead, desk.descriptor);
-  desk.memory = memory.get();
+      make_sealed<EyeSharedMemory>(Access::kRead, shared.descriptor);
+  shared.memory = memory.get();
   memory->magic = kEyeMagic;
   memory->size = sizeof(EyeSharedMemory);
   EyeStatistics statistics;
-  statistics.power_max = desk.power_max;
+  statistics.power_max = shared.power_max;
   std::atomic<bool> ready{false};
   std::thread pulses([&] {
     prctl(PR_SET_TIMERSLACK, 1UL);  // without SCHED_FIFO the kernel would add 50 us to each sleep
     const RealTime granted = request_real_time();
     statistics.scheduling = granted.describe();
-    desk.priority.store(granted.fifo_priority);
+    shared.priority.store(granted.fifo_priority);
     keep_off_core(options.foreign_core);
     memory->start_ns = monotonic_ns() + 1'000'000;
     ready.store(true, std::memory_order_release);
-    Pulses(desk, eye, options, stop, statistics).run();
+    Pulses(shared, eye, options, stop, statistics).run();
   });
   while (!ready.load(std::memory_order_acquire)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  std::thread reception([&] { EyeReception(desk, faults, listener).run(); });
+  std::thread socket_server([&] { EyeSocketServer(shared, faults, listener).run(); });
   pulses.join();
-  desk.end.store(true);
-  reception.join();
-  close(desk.descriptor);
+  shared.end.store(true);
+  socket_server.join();
+  close(shared.descriptor);
   return statistics;
 }
 

@@ -15,24 +15,24 @@
 namespace photocoag {
 namespace {
 
-constexpr std::uint64_t kForEver = std::uint64_t{1} << 40;
+constexpr std::uint64_t kPermanent = std::uint64_t{1} << 40;
 
 const std::map<std::string, ScriptedFault, std::less<>>& known_faults() {
   static const std::map<std::string, ScriptedFault, std::less<>> list = {
       {"M1", {EyeFault::kMissing, 0, 1, 0.0}},
       {"M2", {EyeFault::kMissing, 0, 3, 0.0}},
       {"M3", {EyeFault::kOld, 0, 1, 0.0}},
-      {"M4", {EyeFault::kStuck, 0, kForEver, 0.0}},
+      {"M4", {EyeFault::kStuck, 0, kPermanent, 0.0}},
       {"M5", {EyeFault::kNotANumber, 0, 3, 0.0}},
       {"M6", {EyeFault::kRail, 0, 2, 0.0}},
       {"M7", {EyeFault::kSpike, 0, 3, 25.0}},
-      {"M8", {EyeFault::kNoise, 0, kForEver, 4.0}},
+      {"M8", {EyeFault::kNoise, 0, kPermanent, 4.0}},
       {"M9", {EyeFault::kFuture, 0, 1, 0.0}},
-      {"A1", {EyeFault::kReadback, 0, kForEver, 1.5}},
-      {"A2", {EyeFault::kStuckOn, 0, kForEver, 0.02}},
-      {"A3", {EyeFault::kDeaf, 0, kForEver, 0.0}},
-      {"A4", {EyeFault::kVanish, 0, kForEver, 0.0}},
-      {"A5", {EyeFault::kSwitch, 0, kForEver, 0.0}},
+      {"A1", {EyeFault::kReadback, 0, kPermanent, 1.5}},
+      {"A2", {EyeFault::kStuckOn, 0, kPermanent, 0.02}},
+      {"A3", {EyeFault::kDeaf, 0, kPermanent, 0.0}},
+      {"A4", {EyeFault::kVanish, 0, kPermanent, 0.0}},
+      {"A5", {EyeFault::kSwitch, 0, kPermanent, 0.0}},
       {"T1", {EyeFault::kLate, 0, 1, 2.0}},
   };
   return list;
@@ -71,8 +71,8 @@ ScriptedFault parse_fault(const std::string& text, const std::string& where) {
   const auto known = known_faults().find(rest);
   if (known == known_faults().end()) refuse("no such fault of a device");
   ScriptedFault fault = known->second;
-  if (!read(cycle, fault.start) || fault.start >= kForEver) refuse("no cycle");
-  if (has_count && (!read(count, fault.count) || fault.count == 0 || fault.count > kForEver)) {
+  if (!read(cycle, fault.start) || fault.start >= kPermanent) refuse("no cycle");
+  if (has_count && (!read(count, fault.count) || fault.count == 0 || fault.count > kPermanent)) {
     refuse("a bad count");
   }
   if (has_value && (!read(value, fault.value) || !(fault.value >= -1e6 && fault.value <= 1e6))) {

@@ -72,7 +72,7 @@ void PulsedEye::fire(std::uint64_t number, std::int64_t due_ns, const EyeOrders&
   record.period_power = power_;
   record.flags = (interlock_open_ ? kEyeInterlock : 0U) | (refused_ ? kEyeRefused : 0U);
   answer(number, energy_, record);
-  if (treating_) spoil(orders, record);
+  if (treating_) apply_faults(orders, record);
 }
 
 void PulsedEye::answer(std::uint64_t number, double energy, PulseRecord& record) noexcept {
@@ -105,7 +105,7 @@ void PulsedEye::answer(std::uint64_t number, double energy, PulseRecord& record)
   reading.energy = energy * (1.0 + settings_.energy_meter * normal(RandomStream::kEnergyMeter));
 }
 
-void PulsedEye::spoil(const EyeOrders& orders, PulseRecord& record) noexcept {
+void PulsedEye::apply_faults(const EyeOrders& orders, PulseRecord& record) noexcept {
   PulseReading& reading = record.reading;
   if (active(EyeFault::kStuck) != nullptr) reading = previous_;
   previous_ = reading;

@@ -75,7 +75,7 @@ class PulsedEye {
   const ScriptedFault* active(EyeFault fault) const noexcept;
   double decide_power(const EyeOrders& orders) noexcept;
   void answer(std::uint64_t number, double energy, PulseRecord& record) noexcept;
-  void spoil(const EyeOrders& orders, PulseRecord& record) noexcept;
+  void apply_faults(const EyeOrders& orders, PulseRecord& record) noexcept;
 
   PulsedTissue tissue_;
   GrueneisenCurve curve_;

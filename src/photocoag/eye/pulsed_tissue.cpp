@@ -149,8 +149,8 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
       group_means(axial, absorbed, kDepths, depth_share_) * source.asDiagonal();
   // Modes that contribute to a group's temperature at pulses of 0.1 W; they matter only for the
   // curvature.
-  constexpr double kFelt = 1e-6;          // K
-  constexpr double kLargestPulse = 1e-5;  // J
+  constexpr double kNegligibleRise = 1e-6;  // K
+  constexpr double kLargestPulse = 1e-5;    // J
   felt_.assign(active_.size(), 0);
   std::size_t k = 0;
   for (Index i = 0; i < radial.size(); ++i) {
@@ -158,7 +158,7 @@ void PulsedTissue::prepare_curved(AbsorptionFactors absorption) {
     for (Index j = 0; j < active_[static_cast<std::size_t>(i)]; ++j, ++k) {
       const double steady = kLargestPulse * decay_[k] / (1.0 - decay_[k]);
       const double felt = ring * by_depth.col(j).cwiseAbs().maxCoeff() * steady;
-      if (felt > kFelt) felt_[static_cast<std::size_t>(i)] = j + 1;
+      if (felt > kNegligibleRise) felt_[static_cast<std::size_t>(i)] = j + 1;
     }
   }
   ring_profile_ = MatrixXd::Zero(axial.size(), kRingsPerPulse);

@@ -21,7 +21,7 @@ void add_measurement(std::vector<FaultCase>& table) {
     table.push_back({.id = std::move(id),
                      .what = std::move(what),
                      .injection = {.fault = fault, .count = count, .value = value},
-                     .demand = Demand::kGoOn,
+                     .demand = Demand::kContinue,
                      .reasons = std::move(reasons),
                      .margin = 1.0,
                      .estimator_deaf = true});
@@ -40,11 +40,11 @@ void add_measurement(std::vector<FaultCase>& table) {
   stop("M2", "3 samples missing", Fault::kMissing, 3, 2, {R::kSampleMissing});
   go_on("M3", "same sequence once", Fault::kSameSequence, 1, R::kSampleStale);
   go_on("M3", "same sequence twice", Fault::kSameSequence, 2, R::kSampleStale);
-  stop("M3", "same sequence for ever", Fault::kSameSequence, kForEver, 2,
+  stop("M3", "same sequence for ever", Fault::kSameSequence, kPermanent, 2,
        {R::kSampleStale, R::kSampleMissing});
   go_on("M3", "too old twice", Fault::kOld, 2, R::kSampleStale);
-  stop("M3", "too old for ever", Fault::kOld, kForEver, 2, {R::kSampleStale, R::kSampleMissing});
-  stop("M4", "code frozen", Fault::kStuck, kForEver, 4,
+  stop("M3", "too old for ever", Fault::kOld, kPermanent, 2, {R::kSampleStale, R::kSampleMissing});
+  stop("M4", "code frozen", Fault::kStuck, kPermanent, 4,
        {R::kSampleStuck, R::kSampleRejected, R::kMeasurementNoise, R::kInconsistent});
   go_on("M5", "NaN once", Fault::kNotANumber, 1, R::kSampleMissing);
   stop("M5", "NaN 3 times", Fault::kNotANumber, 3, 2, {R::kSampleMissing});
@@ -69,7 +69,7 @@ void add_measurement(std::vector<FaultCase>& table) {
       table.push_back({.id = "M7",
                        .what = fmt::format("spike of {:+g} K", sign * size),
                        .injection = {.fault = Fault::kSpike, .value = sign * size},
-                       .demand = Demand::kGoOnOrStop,
+                       .demand = Demand::kContinueOrStop,
                        .reasons = {},
                        .margin = 1.0});
     }
@@ -78,14 +78,14 @@ void add_measurement(std::vector<FaultCase>& table) {
        25.0);
   table.back().injection.every = 5;
   for (const double factor : {4.0, 10.0}) {
-    stop("M8", fmt::format("noise x{:g}", factor), Fault::kNoise, kForEver, 50,
+    stop("M8", fmt::format("noise x{:g}", factor), Fault::kNoise, kPermanent, 50,
          {R::kMeasurementNoise, R::kSampleRejected, R::kInconsistent}, factor);
   }
   const auto either = [&](std::string what, Fault fault, double value) {
     table.push_back({.id = "M8",
                      .what = std::move(what),
-                     .injection = {.fault = fault, .count = kForEver, .value = value},
-                     .demand = Demand::kGoOnOrStop,
+                     .injection = {.fault = fault, .count = kPermanent, .value = value},
+                     .demand = Demand::kContinueOrStop,
                      .reasons = {},
                      .margin = 7.0});
   };
@@ -99,10 +99,10 @@ void add_measurement(std::vector<FaultCase>& table) {
     either(fmt::format("gain x{:g}", gain), Fault::kGain, gain);
   }
   go_on("M9", "out of order once", Fault::kLateByOne, 1, R::kSampleStale);
-  stop("M9", "out of order for ever", Fault::kLateByOne, kForEver, 2,
+  stop("M9", "out of order for ever", Fault::kLateByOne, kPermanent, 2,
        {R::kSampleStale, R::kSampleMissing});
   go_on("M9", "from the future once", Fault::kFuture, 1, R::kSampleStale);
-  stop("M9", "from the future for ever", Fault::kFuture, kForEver, 2,
+  stop("M9", "from the future for ever", Fault::kFuture, kPermanent, 2,
        {R::kSampleStale, R::kSampleMissing});
 }
 
@@ -111,7 +111,7 @@ void add_actuator(std::vector<FaultCase>& table) {
                         double value, bool interlock) {
     table.push_back({.id = std::move(id),
                      .what = std::move(what),
-                     .injection = {.fault = fault, .count = kForEver, .value = value},
+                     .injection = {.fault = fault, .count = kPermanent, .value = value},
                      .reasons = {reason},
                      .off_within = off_within,
                      .interlock = interlock});
@@ -142,7 +142,7 @@ void add_software(std::vector<FaultCase>& table) {
     table.push_back({.id = std::move(id),
                      .what = std::move(what),
                      .injection = {.fault = fault, .count = 1, .value = value},
-                     .demand = Demand::kGoOn,
+                     .demand = Demand::kContinue,
                      .reasons = {reason},
                      .margin = margin});
   };
@@ -157,28 +157,28 @@ void add_software(std::vector<FaultCase>& table) {
                      .margin = margin});
   };
   once("S1", "infeasible once", Fault::kInfeasible, R::kInfeasible, 0.1);
-  lasting("S1", "infeasible for ever", Fault::kInfeasible, kForEver, 0, {R::kInfeasible}, 0.1);
+  lasting("S1", "infeasible for ever", Fault::kInfeasible, kPermanent, 0, {R::kInfeasible}, 0.1);
   once("S2", "no answer once", Fault::kSolverFails, R::kSolverFailed, 0.1);
-  lasting("S2", "no answer for ever", Fault::kSolverFails, kForEver, 2, {R::kSolverFailed}, 0.1);
+  lasting("S2", "no answer for ever", Fault::kSolverFails, kPermanent, 2, {R::kSolverFailed}, 0.1);
   once("S3", "NaN once", Fault::kCommand, R::kCommandInvalid, kNan);
-  lasting("S3", "NaN for ever", Fault::kCommand, kForEver, 2, {R::kCommandInvalid}, kNan);
-  lasting("S3", "infinite for ever", Fault::kCommand, kForEver, 2, {R::kCommandInvalid}, kInf);
-  lasting("S3", "negative for ever", Fault::kCommand, kForEver, 2, {R::kCommandInvalid}, -0.01);
-  lasting("S3", "above u_max for ever", Fault::kCommand, kForEver, 2, {R::kCommandInvalid}, 0.11);
+  lasting("S3", "NaN for ever", Fault::kCommand, kPermanent, 2, {R::kCommandInvalid}, kNan);
+  lasting("S3", "infinite for ever", Fault::kCommand, kPermanent, 2, {R::kCommandInvalid}, kInf);
+  lasting("S3", "negative for ever", Fault::kCommand, kPermanent, 2, {R::kCommandInvalid}, -0.01);
+  lasting("S3", "above u_max for ever", Fault::kCommand, kPermanent, 2, {R::kCommandInvalid}, 0.11);
   once("S4", "good solves after a bad one", Fault::kCommand, R::kCommandInvalid, kNan);
   table.push_back({.id = "E1",
                    .what = "estimator restarts cold once",
                    .injection = {.fault = Fault::kRestart},
-                   .demand = Demand::kGoOnOrStop,
+                   .demand = Demand::kContinueOrStop,
                    .reasons = {R::kEstimatorRestart}});
   lasting("E1", "restarts twice", Fault::kRestart, 2, 2, {R::kEstimatorRestart, R::kInconsistent},
           0.0);
   once("E2", "alpha outside once", Fault::kAbsorption, R::kAbsorption, 0.1, 2.0);
-  lasting("E2", "alpha outside for ever", Fault::kAbsorption, kForEver, 9, {R::kAbsorption}, 0.1,
+  lasting("E2", "alpha outside for ever", Fault::kAbsorption, kPermanent, 9, {R::kAbsorption}, 0.1,
           2.0);
-  lasting("E3", "innovations x10", Fault::kInnovation, kForEver, 19, {R::kInconsistent}, 10.0);
+  lasting("E3", "innovations x10", Fault::kInnovation, kPermanent, 19, {R::kInconsistent}, 10.0);
   once("E4", "peak estimate too high once", Fault::kPeakEstimate, R::kEstimatedPeak, 33.5);
-  lasting("E4", "peak estimate too high", Fault::kPeakEstimate, kForEver, 0, {R::kEstimatedPeak},
+  lasting("E4", "peak estimate too high", Fault::kPeakEstimate, kPermanent, 0, {R::kEstimatedPeak},
           33.5);
 }
 
@@ -186,7 +186,7 @@ void add_time_and_limits(std::vector<FaultCase>& table) {
   table.push_back({.id = "T1",
                    .what = "1 overrun",
                    .injection = {.fault = Fault::kOverrun, .count = 1},
-                   .demand = Demand::kGoOn,
+                   .demand = Demand::kContinue,
                    .reasons = {R::kOverrun},
                    .margin = 1.0});
   table.push_back({.id = "T2",
@@ -215,7 +215,7 @@ void add_time_and_limits(std::vector<FaultCase>& table) {
 /// Faults that cannot be detected from inside, or only after they have heated.
 void add_open_hazards(std::vector<FaultCase>& table) {
   const auto open = [&](std::string id, std::string what, Injection injection) {
-    injection.count = kForEver;
+    injection.count = kPermanent;
     table.push_back({.id = std::move(id),
                      .what = std::move(what),
                      .injection = injection,

@@ -12,13 +12,13 @@
 namespace photocoag {
 
 enum class Demand : std::uint8_t {
-  kStop,        ///< SAFE_STOP for one of `reasons`
-  kStandby,     ///< STANDBY
-  kDone,        ///< DONE
-  kGoOn,        ///< detected for one of `reasons`, and the treatment goes on
-  kGoOnOrStop,  ///< either; the peak is judged
-  kReport,      ///< an open hazard: the peak is reported, not judged
-  kLegal,       ///< a valid number, perhaps wrong: the estimate must stay finite
+  kStop,            ///< SAFE_STOP for one of `reasons`
+  kStandby,         ///< STANDBY
+  kDone,            ///< DONE
+  kContinue,        ///< detected for one of `reasons`, and the treatment goes on
+  kContinueOrStop,  ///< either; the peak is judged
+  kReport,          ///< an open hazard: the peak is reported, not judged
+  kLegal,           ///< a valid number, perhaps wrong: the estimate must stay finite
 };
 
 /// One variant of one row.

@@ -81,7 +81,7 @@ std::size_t cycles_after(const FaultCase& test, const Config& config) {
 struct Recorded {
   std::vector<CycleRecord> records;
   LoopOutcome outcome;
-  Diary diary;
+  TrialRecord trial;
   bool solves_like_cold = true;
 };
 
@@ -89,16 +89,16 @@ struct Recorded {
 template <Device D, class S>
 class HookedDevice : public FaultyDevice<D> {
  public:
-  HookedDevice(D& device, const Injection& injection, Diary& diary, std::size_t cycles,
+  HookedDevice(D& device, const Injection& injection, TrialRecord& trial, std::size_t cycles,
                S& supervisor)
-      : FaultyDevice<D>(device, injection, diary, cycles),
+      : FaultyDevice<D>(device, injection, trial, cycles),
         injection_(injection),
-        diary_(diary),
+        trial_(trial),
         supervisor_(supervisor) {}
   DeviceSample wait_sample(std::uint64_t cycle) noexcept {
     const DeviceSample sample = FaultyDevice<D>::wait_sample(cycle);
     if (injection_.fault == Fault::kHook && injection_.active(cycle)) {
-      diary_.visible = static_cast<std::int64_t>(cycle);
+      trial_.visible = static_cast<std::int64_t>(cycle);
       if constexpr (requires { supervisor_.limits_memory(); }) {
         supervisor_.limits_memory().memory()[8 + cycle % 16] ^= std::byte{16};
       }
@@ -108,7 +108,7 @@ class HookedDevice : public FaultyDevice<D> {
 
  private:
   Injection injection_;
-  Diary& diary_;
+  TrialRecord& trial_;
   S& supervisor_;
 };
 
@@ -124,9 +124,9 @@ Recorded run_one(const Bench& bench, const FaultCase& test, S supervisor) {
                       {.delay = bench.config.control.delay,
                        .power_lag = test.injection.power_lag,
                        .readback = test.injection.emitted_is_read},
-                      LatePace(period, test.injection, result.diary));
-  HookedDevice faulty(device, test.injection, result.diary, cycles, supervisor);
-  FaultyController controller(bench.controller, test.injection, result.diary);
+                      LatePace(period, test.injection, result.trial));
+  HookedDevice faulty(device, test.injection, result.trial, cycles, supervisor);
+  FaultyController controller(bench.controller, test.injection, result.trial);
   result.outcome = run_loop(controller, faulty, supervisor, period, std::span(result.records));
   result.records.resize(result.outcome.cycles);
   if (test.id == "S4") {
@@ -173,10 +173,10 @@ TrialResult judge(const Bench& bench, const FaultCase& test, const Recorded& run
   const bool must_stop = test.demand == Demand::kStop || test.demand == Demand::kStandby ||
                          test.demand == Demand::kDone;
   result.detected = noticed || (test.reasons.empty() && safety.detections > 0);
-  const std::int64_t visible = run.diary.visible;
+  const std::int64_t visible = run.trial.visible;
   if (test.injection.fault != Fault::kNone) {
-    demand(visible != Diary::kNever, "the fault never came");
-    result.reaction = run.diary.light_after_visible();
+    demand(visible != TrialRecord::kNever, "the fault never came");
+    result.reaction = run.trial.light_after_visible();
   }
   if (must_stop) {
     const SafetyState state = test.demand == Demand::kStop      ? SafetyState::kSafeStop
@@ -185,9 +185,9 @@ TrialResult judge(const Bench& bench, const FaultCase& test, const Recorded& run
     demand(safety.state == state, "not stopped");
     demand(among(test.reasons, safety.reason), "wrong reason");
     demand(result.reaction <= test.off_within + bench.config.control.delay, "too slow");
-    demand(run.diary.emitted.empty() || run.diary.emitted.back() == 0.0, "light at the end");
+    demand(run.trial.emitted.empty() || run.trial.emitted.back() == 0.0, "light at the end");
   }
-  if (test.demand == Demand::kGoOn) {
+  if (test.demand == Demand::kContinue) {
     result.false_stop = result.stopped;
     demand(!result.stopped, "stopped though it had to go on");
     demand(noticed, "not noticed");
@@ -203,8 +203,8 @@ TrialResult judge(const Bench& bench, const FaultCase& test, const Recorded& run
     demand(safety.exposure <= limits.exposure_max + 1e-9, "too long");
   }
   if (test.interlock) {
-    demand(run.diary.interlock_call != Diary::kNever &&
-               run.diary.interlock_call <= visible + test.off_within,
+    demand(run.trial.interlock_call != TrialRecord::kNever &&
+               run.trial.interlock_call <= visible + test.off_within,
            "interlock not opened");
   }
   demand(

@@ -120,7 +120,7 @@ class SharedEyeDevice {
 
   /// Polls every 20 us, for at most one and a half periods.
   DeviceSample wait_sample(std::uint64_t) noexcept {
-    constexpr std::int64_t kLook = 20'000;  // ns
+    constexpr std::int64_t kPollNs = 20'000;  // ns
     const std::uint64_t wanted = first_ + delivered_ + 1;
     const std::int64_t deadline = monotonic_ns() + period_ns_ * 3 / 2;
     DeviceSample sample;
@@ -135,7 +135,7 @@ class SharedEyeDevice {
         if (behind > 0) sample.volume_temperature = std::numeric_limits<double>::quiet_NaN();
         return sample;
       }
-      wait_until(sample.now_ns + kLook);
+      wait_until(sample.now_ns + kPollNs);
     }
     readback_.power = std::numeric_limits<double>::quiet_NaN();
     DeviceSample none;

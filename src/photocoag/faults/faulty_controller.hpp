@@ -12,8 +12,8 @@ namespace photocoag {
 
 class FaultyController {
  public:
-  FaultyController(const Controller& controller, const Injection& injection, Diary& diary)
-      : controller_(controller), fresh_(controller), injection_(injection), diary_(diary) {}
+  FaultyController(const Controller& controller, const Injection& injection, TrialRecord& trial)
+      : controller_(controller), fresh_(controller), injection_(injection), trial_(trial) {}
 
   Estimate observe(const Sample& sample) noexcept {
     ++cycle_;
@@ -89,13 +89,13 @@ class FaultyController {
     return cycle_ >= 0 && injection_.active(static_cast<std::uint64_t>(cycle_));
   }
   void see() noexcept {
-    if (diary_.visible == Diary::kNever) diary_.visible = cycle_;
+    if (trial_.visible == TrialRecord::kNever) trial_.visible = cycle_;
   }
 
   Controller controller_;
   Controller fresh_;
   Injection injection_;
-  Diary& diary_;
+  TrialRecord& trial_;
   Estimate estimate_;
   double full_power_ = 0.1;  // W
   std::int64_t cycle_ = -1;
@@ -104,18 +104,18 @@ class FaultyController {
 /// A clock in virtual time that wakes the loop late where the injection says so.
 class LatePace : public VirtualPace {
  public:
-  LatePace(double period, const Injection& injection, Diary& diary)
-      : VirtualPace(period), injection_(injection), diary_(diary) {}
+  LatePace(double period, const Injection& injection, TrialRecord& trial)
+      : VirtualPace(period), injection_(injection), trial_(trial) {}
   std::size_t wait_for_end_of(std::size_t cycle) noexcept {
     const bool first = cycle == injection_.start;
     const bool second = cycle == injection_.start + injection_.every;
     if (injection_.fault == Fault::kOverrun && first) {
       // Detectable only once the loop wakes: at the last of the missed periods.
-      diary_.visible = static_cast<std::int64_t>(cycle + injection_.count);
+      trial_.visible = static_cast<std::int64_t>(cycle + injection_.count);
       return static_cast<std::size_t>(injection_.count);
     }
     if (injection_.fault == Fault::kTwoOverruns && (first || second)) {
-      diary_.visible = static_cast<std::int64_t>(cycle + 1);
+      trial_.visible = static_cast<std::int64_t>(cycle + 1);
       return 1;
     }
     return 0;
@@ -123,7 +123,7 @@ class LatePace : public VirtualPace {
 
  private:
   Injection injection_;
-  Diary& diary_;
+  TrialRecord& trial_;
 };
 
 }  // namespace photocoag

@@ -15,7 +15,7 @@
 namespace photocoag {
 
 /// Ground truth for judging a trial.
-struct Diary {
+struct TrialRecord {
   static constexpr std::int64_t kNever = -1;
   std::int64_t visible = kNever;         ///< first cycle whose data or answer was bad
   std::int64_t interlock_call = kNever;  ///< cycle in which safe_off was called first
@@ -33,23 +33,23 @@ struct Diary {
 template <Device D>
 class FaultyDevice {
  public:
-  FaultyDevice(D& device, const Injection& injection, Diary& diary, std::size_t cycles)
-      : device_(device), injection_(injection), diary_(diary) {
-    diary_.emitted.reserve(cycles);
+  FaultyDevice(D& device, const Injection& injection, TrialRecord& trial, std::size_t cycles)
+      : device_(device), injection_(injection), trial_(trial) {
+    trial_.emitted.reserve(cycles);
   }
 
   DeviceSample wait_sample(std::uint64_t cycle) noexcept {
     cycle_ = cycle;
     DeviceSample sample = device_.wait_sample(cycle);
     elapsed_ms_ = 1e-6 * static_cast<double>(sample.now_ns);
-    if (diary_.emitted.size() < diary_.emitted.capacity()) {
-      diary_.emitted.push_back(device_.readback().power);
+    if (trial_.emitted.size() < trial_.emitted.capacity()) {
+      trial_.emitted.push_back(device_.readback().power);
     }
     convert(sample);
-    const DeviceSample honest = sample;
-    if (injection_.active(cycle)) spoil(sample);
+    const DeviceSample unaltered = sample;
+    if (injection_.active(cycle)) inject(sample);
     const bool repeats = injection_.fault == Fault::kSameSequence && injection_.active(cycle);
-    if (!repeats) previous_ = honest;
+    if (!repeats) previous_ = unaltered;
     return sample;
   }
 
@@ -103,8 +103,8 @@ class FaultyDevice {
   void heartbeat(std::uint64_t cycle) noexcept { device_.heartbeat(cycle); }
 
   void safe_off() noexcept {
-    if (diary_.interlock_call == Diary::kNever) {
-      diary_.interlock_call = static_cast<std::int64_t>(cycle_);
+    if (trial_.interlock_call == TrialRecord::kNever) {
+      trial_.interlock_call = static_cast<std::int64_t>(cycle_);
     }
     if (active() && injection_.fault == Fault::kGone) return;
     dark_ = true;
@@ -117,7 +117,7 @@ class FaultyDevice {
   static constexpr double kStep = 350.0 / 65536.0;  // K
   bool active() const noexcept { return injection_.active(cycle_); }
   void see() noexcept {
-    if (diary_.visible == Diary::kNever) diary_.visible = static_cast<std::int64_t>(cycle_);
+    if (trial_.visible == TrialRecord::kNever) trial_.visible = static_cast<std::int64_t>(cycle_);
   }
   // Current value of a factor during its ramp.
   double grown(double factor) const noexcept {
@@ -131,7 +131,7 @@ class FaultyDevice {
     sample.volume_temperature = static_cast<double>(sample.raw) * kStep;
   }
 
-  void spoil(DeviceSample& sample) noexcept {
+  void inject(DeviceSample& sample) noexcept {
     double& value = sample.volume_temperature;
     const auto as_value = [&](double replacement) {
       value = replacement;
@@ -159,7 +159,7 @@ class FaultyDevice {
         sample.time_ns += 3'600'000'000'000;
         return see();
       case Fault::kStuck:
-        if (diary_.visible == Diary::kNever) frozen_ = sample;
+        if (trial_.visible == TrialRecord::kNever) frozen_ = sample;
         sample.raw = frozen_.raw;
         return as_value(frozen_.volume_temperature);
       case Fault::kNotANumber:
@@ -199,7 +199,7 @@ class FaultyDevice {
 
   D& device_;
   Injection injection_;
-  Diary& diary_;
+  TrialRecord& trial_;
   std::uint64_t cycle_ = 0;
   DeviceSample previous_;
   DeviceSample frozen_;

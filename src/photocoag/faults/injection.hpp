@@ -69,6 +69,6 @@ struct Injection {
   }
 };
 
-inline constexpr std::uint64_t kForEver = std::uint64_t{1} << 40;
+inline constexpr std::uint64_t kPermanent = std::uint64_t{1} << 40;
 
 }  // namespace photocoag

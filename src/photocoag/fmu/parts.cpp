@@ -54,7 +54,7 @@ void EyePart::show(std::span<FmuValue> outputs) const noexcept {
 }
 
 ControllerPart::ControllerPart(const FmuSetup& setup, const Config& config)
-    : controller_(told_of(*setup.reduced, config.estimator.timing),
+    : controller_(controller_model(*setup.reduced, config.estimator.timing),
                   backed_off(config, setup.margin).control, config.estimator),
       supervisor_(supervisor_of(backed_off(config, setup.margin))),
       estimate_(controller_.estimate()),

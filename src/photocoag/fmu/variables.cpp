@@ -59,7 +59,7 @@ std::vector<std::string_view> parameter_keys(FmuKind kind, const Config& config)
     return keys;
   }
   // No parameters if a margin was computed or a prior fitted: both depend on them.
-  if (wants_margin(config) || config.believes()) return {};
+  if (wants_margin(config) || config.uses_prior()) return {};
   std::vector<std::string_view> keys = {"control.peak_reference_K",
                                         "control.peak_max_K",
                                         "control.power_max_W",

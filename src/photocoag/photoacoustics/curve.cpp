@@ -61,10 +61,10 @@ GrueneisenCurve::GrueneisenCurve(const CurveData& data, const std::string& where
     check(low_ >= temperatures_[0] && high_ <= temperatures_[points - 1], "valid_C",
           fmt::format("{} to {}", low_, high_), "inside the table");
   }
-  constexpr int kLooks = 1000;
+  constexpr int kSamples = 1000;
   double before = 0.0;  // the first value must be above 0
-  for (int i = 0; i <= kLooks; ++i) {
-    const double celsius = low_ + (high_ - low_) * i / kLooks;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double celsius = low_ + (high_ - low_) * i / kSamples;
     const double now = value(celsius);
     check(now > before, polynomial ? "coefficients" : "values",
           fmt::format("{:g} at {:g} deg C", now, celsius),

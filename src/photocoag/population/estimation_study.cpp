@@ -74,9 +74,9 @@ void add_errors(const Config& config, const Estimate& estimate, const Outputs& t
 
 // The sample at the end of cycle k; NaN: none.
 double disturbed(const EstimationScenario& scenario, double noisy, std::size_t k,
-                 const StudyDraws& fate) {
+                 const StudyDraws& draws) {
   if (k >= scenario.gap_begin && k < scenario.gap_end) return Sample{}.volume_temperature;
-  const double u = fate.uniform(k);
+  const double u = draws.uniform(k);
   if (u < scenario.missing) return Sample{}.volume_temperature;
   if (scenario.bias_begin > 0 && k >= scenario.bias_begin) noisy += scenario.bias;
   if (u > 1.0 - 0.5 * scenario.outliers) return noisy + kOutlierSize;
@@ -88,7 +88,7 @@ template <Plant P>
 void treat_one(const Config& config, const EstimationScenario& scenario, Controller controller,
                P plant, double alpha, int seed, std::vector<Cycle>& sums) {
   const StudyDraws noise(seed, 1);
-  const StudyDraws fate(seed, 2);
+  const StudyDraws draws(seed, 2);
   const StudyDraws unknown_power(seed, 3);
   const double unknown =
       !scenario.full_order && scenario.matched_noise ? config.estimator.power_process_noise : 0.0;
@@ -96,7 +96,7 @@ void treat_one(const Config& config, const EstimationScenario& scenario, Control
     return unknown > 0.0 ? power + unknown * unknown_power.normal(k) : power;
   };
   const auto sample = [&](double volume, std::size_t k) {
-    return disturbed(scenario, volume + config.plant.noise * noise.normal(k), k, fate);
+    return disturbed(scenario, volume + config.plant.noise * noise.normal(k), k, draws);
   };
   const auto look = [&](const Outputs& truth, const Estimate& estimate, std::size_t k) {
     add_errors(config, estimate, truth, alpha, sums[k]);
@@ -109,7 +109,7 @@ void treat_one(const Config& config, const EstimationScenario& scenario, Control
       sums[k].rejected += 1.0;
     }
   };
-  treat_plainly(controller, plant, sums.size(), scenario.dark, emitted, sample, look);
+  run_plain_loop(controller, plant, sums.size(), scenario.dark, emitted, sample, look);
 }
 
 double draw_alpha(const Config& config, const EstimationScenario& scenario, int seed) {

@@ -39,7 +39,7 @@ QuantityVector draw(const Belief& belief, const Eigen::MatrixXd& root, std::uint
 }
 
 // The belief with quantity `known` at its mean; -1: as it is.
-Belief told(Belief belief, int known) {
+Belief with_known(Belief belief, int known) {
   if (known < 0) return belief;
   const std::size_t n = belief.quantities.size();
   const auto k = static_cast<std::size_t>(known);
@@ -88,7 +88,7 @@ void treat(const Config& config, const ReducedModel& model, const EstimatorSetti
     sums.peak_error[k] += error * error;
     if (2 * k >= cycles) late += truth.peak;
   };
-  treat_plainly(controller, plant, cycles, false, kAllPower, sample, look);
+  run_plain_loop(controller, plant, cycles, false, kAllPower, sample, look);
   sums.held +=
       late / static_cast<double>(cycles - (cycles + 1) / 2) - config.control.peak_reference;
 }
@@ -112,7 +112,7 @@ Information information_of(const Config& config, const ReducedModel& model, std:
   const auto count = static_cast<int>(config.estimator.prior.quantities.size());
   for (int known = -1; known < count; ++known) {
     EstimatorSettings settings = config.estimator;
-    settings.prior = told(settings.prior, known);
+    settings.prior = with_known(settings.prior, known);
     const Eigen::MatrixXd root = *cholesky(settings.prior.covariance_matrix());
     InformationCase one;
     if (known >= 0) {

@@ -18,8 +18,8 @@ inline constexpr auto kAllPower = [](double power, std::size_t) { return power; 
 /// `power_of(decided, k)`: power that the eye gets, W, while the controller assumes `decided`.
 /// `sample_of(truth, k)`: K; NaN: none. `look(truth, estimate, k)`: called at the end of cycle k.
 /// `dark`: 0 W throughout instead of the controller's power.
-void treat_plainly(Controller& controller, Plant auto& eye, std::size_t cycles, bool dark,
-                   const auto& power_of, const auto& sample_of, const auto& look) {
+void run_plain_loop(Controller& controller, Plant auto& eye, std::size_t cycles, bool dark,
+                    const auto& power_of, const auto& sample_of, const auto& look) {
   for (std::size_t k = 0; k < cycles; ++k) {
     const double power = dark ? 0.0 : controller.decide().power;
     eye.step(power_of(power, k));

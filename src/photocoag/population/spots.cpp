@@ -58,7 +58,7 @@ SpotOutcome treat_spot(const Config& config, const ReducedModel& model,
 }
 
 // As a fraction of the whole.
-auto told(const Progress& progress, std::string_view stage, std::size_t count) {
+auto reported(const Progress& progress, std::string_view stage, std::size_t count) {
   return [&progress, stage, count](std::size_t done) {
     if (progress) progress(stage, double(done) / double(count));
   };
@@ -72,9 +72,9 @@ std::vector<DeclaredQuantity> corner_quantities(const Config& config) {
 }
 
 // The treatments of corner `index` up to number `count`.
-void attack_corner(const Config& config, const ReducedModel& model, const SpotRange& range,
-                   double limit, const CornerAttack& attack, std::size_t index, std::size_t count,
-                   CornerOutcome& outcome) {
+void treat_corner(const Config& config, const ReducedModel& model, const SpotRange& range,
+                  double limit, const CornerEffort& effort, std::size_t index, std::size_t count,
+                  CornerOutcome& outcome) {
   Tissue tissue = config.plant.tissue;
   outcome.name.clear();
   for (const DeclaredQuantity& q : corner_quantities(config)) {
@@ -85,7 +85,7 @@ void attack_corner(const Config& config, const ReducedModel& model, const SpotRa
   const auto eye = std::make_shared<const FullOrderModel>(tissue, config.grid);
   double held = outcome.held_mean * static_cast<double>(outcome.treatments);
   for (std::size_t& k = outcome.treatments; k < count; ++k) {
-    const std::uint64_t seed = 1 + index * attack.count + k;
+    const std::uint64_t seed = 1 + index * effort.count + k;
     const double alpha = k == 0   ? range.alpha_high
                          : k == 1 ? range.alpha_low
                                   : random_alpha(range, seed);
@@ -101,32 +101,32 @@ void attack_corner(const Config& config, const ReducedModel& model, const SpotRa
 
 }  // namespace
 
-std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
-                                          const SpotRange& range, double limit,
-                                          const CornerAttack& attack, const Progress& progress) {
+std::vector<CornerOutcome> treat_corners(const Config& config, const ReducedModel& model,
+                                         const SpotRange& range, double limit,
+                                         const CornerEffort& effort, const Progress& progress) {
   static_cast<void>(Controller(model, config.control, config.estimator));
   std::vector<CornerOutcome> outcomes(std::size_t{1} << corner_quantities(config).size());
   for_each_in_parallel(
       outcomes.size(),
       [&](std::size_t i) {
-        attack_corner(config, model, range, limit, attack, i, std::min(attack.survey, attack.count),
-                      outcomes[i]);
+        treat_corner(config, model, range, limit, effort, i, std::min(effort.survey, effort.count),
+                     outcomes[i]);
       },
-      told(progress, "treating corners", outcomes.size()));
+      reported(progress, "treating corners", outcomes.size()));
   std::vector<std::size_t> order(outcomes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
     return std::pair(outcomes[i].over, outcomes[i].peak_max) >
            std::pair(outcomes[j].over, outcomes[j].peak_max);
   });
-  order.resize(std::min(order.size(), attack.worst));
+  order.resize(std::min(order.size(), effort.worst));
   for_each_in_parallel(
       order.size(),
       [&](std::size_t i) {
-        attack_corner(config, model, range, limit, attack, order[i], attack.count,
-                      outcomes[order[i]]);
+        treat_corner(config, model, range, limit, effort, order[i], effort.count,
+                     outcomes[order[i]]);
       },
-      told(progress, "treating the worst corners", order.size()));
+      reported(progress, "treating the worst corners", order.size()));
   return outcomes;
 }
 
@@ -147,7 +147,7 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
                                            random_tissue(config, seed), config.grid);
         outcomes[i] = treat_spot(config, model, eye, random_alpha(range, seed), limit, seed);
       },
-      told(progress, "treating spots", count));
+      reported(progress, "treating spots", count));
   return outcomes;
 }
 

@@ -32,7 +32,7 @@ std::vector<SpotOutcome> treat_spots(const Config& config, const ReducedModel& m
                                      const Progress& progress = {});
 
 /// Effort of the adversary.
-struct CornerAttack {
+struct CornerEffort {
   std::size_t survey = 60;   ///< treatments of every corner
   std::size_t worst = 6;     ///< corners treated further: most violations, then highest peak
   std::size_t count = 1500;  ///< final number of treatments of each of these
@@ -54,9 +54,8 @@ struct CornerOutcome {
 /// treatments of the worst corners. Independent of how the margin was found. Corners in the order
 /// of their names' bits; otherwise as treat_spots. Nothing declared: one corner, the eye as
 /// configured.
-std::vector<CornerOutcome> attack_corners(const Config& config, const ReducedModel& model,
-                                          const SpotRange& range, double limit,
-                                          const CornerAttack& attack,
-                                          const Progress& progress = {});
+std::vector<CornerOutcome> treat_corners(const Config& config, const ReducedModel& model,
+                                         const SpotRange& range, double limit,
+                                         const CornerEffort& effort, const Progress& progress = {});
 
 }  // namespace photocoag

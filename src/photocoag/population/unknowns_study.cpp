@@ -68,7 +68,7 @@ UnknownsResult unknowns_study(const Config& config, ModelStore& models, const Un
       sum.at_bound += at_bound(which.estimator, estimate) ? 1.0 : 0.0;
       exceeded = exceeded || truth.peak > config.control.peak_max;
     };
-    treat_plainly(controller, eye, result.cycles.size(), which.dark, kAllPower, sample, look);
+    run_plain_loop(controller, eye, result.cycles.size(), which.dark, kAllPower, sample, look);
     result.limit_exceeded += exceeded ? 1 : 0;
   }
   for (Cycle& sum : result.cycles) divide(sum, kNumbers, seeds);

@@ -48,7 +48,7 @@ ReducedModel with_intersample(const ReducedModel& model, const IntersampleTiming
   return with_shown_states(model, mean.state, mean.input * Eigen::MatrixXd(model.B_d));
 }
 
-ReducedModel told_of(const ReducedModel& model, const IntersampleTiming& timing) {
+ReducedModel controller_model(const ReducedModel& model, const IntersampleTiming& timing) {
   return timing.plain() ? model : with_intersample(model, timing);
 }
 

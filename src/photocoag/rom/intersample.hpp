@@ -29,7 +29,7 @@ ReducedModel with_intersample(const ReducedModel& model, const IntersampleTiming
 
 /// The model of a controller that accounts for `timing`: with_intersample(), or `model` itself if
 /// the timing is plain.
-ReducedModel told_of(const ReducedModel& model, const IntersampleTiming& timing);
+ReducedModel controller_model(const ReducedModel& model, const IntersampleTiming& timing);
 
 /// IntersamplePlant (fom) at reduced order.
 class ReducedIntersamplePlant {

@@ -59,7 +59,7 @@ std::int64_t EyeDevice::due_ns(std::uint64_t pulse) const noexcept {
 // The eye fires what it is granted. Grants are small: a socket holds about a hundred messages.
 bool EyeDevice::wait_for_granted(std::uint64_t pulses) noexcept {
   constexpr std::uint64_t kAhead = 32;
-  constexpr std::int64_t kLook = 20'000;  // ns
+  constexpr std::int64_t kPollNs = 20'000;  // ns
   const auto patience = static_cast<std::int64_t>(settings_.lockstep_patience * 1e9);
   std::int64_t give_up = monotonic_ns() + patience;
   std::uint64_t before = link_.pulses();
@@ -72,14 +72,14 @@ bool EyeDevice::wait_for_granted(std::uint64_t pulses) noexcept {
     if (!there || now >= give_up) return false;
     if (published != before) give_up = now + patience;
     before = published;
-    wait_until(now + kLook);
+    wait_until(now + kPollNs);
   }
 }
 
 // Until `pulses` are there, at most `patience_ns` beyond their time.
 bool EyeDevice::wait_for(std::uint64_t pulses, std::int64_t patience_ns) noexcept {
   if (lockstep_) return wait_for_granted(pulses);
-  constexpr std::int64_t kLook = 3'000;  // ns
+  constexpr std::int64_t kPollNs = 3'000;  // ns
   // Never waits for more than a few periods ahead, whatever the eye reports.
   const std::int64_t ahead = 4 * static_cast<std::int64_t>(per_period_) * pulse_ns_;
   const std::int64_t due = std::min(due_ns(pulses - 1), monotonic_ns() + ahead);
@@ -91,7 +91,7 @@ bool EyeDevice::wait_for(std::uint64_t pulses, std::int64_t patience_ns) noexcep
     const std::int64_t now = monotonic_ns();
     if (!there || now >= deadline) return false;
     // Poll often near the due time, less often once the pulse is long overdue.
-    wait_until(now + (now - due < 10 * pulse_ns_ ? kLook : 20 * kLook));
+    wait_until(now + (now - due < 10 * pulse_ns_ ? kPollNs : 20 * kPollNs));
   }
 }
 

@@ -178,10 +178,10 @@ void EyeLink::safe_off() noexcept {
 void EyeLink::begin(std::uint64_t period) noexcept { tell(EyeMessageKind::kBegin, period); }
 
 bool EyeLink::lockstep() noexcept {
-  constexpr std::int64_t kLook = 50'000;  // ns
+  constexpr std::int64_t kPollNs = 50'000;  // ns
   const std::int64_t give_up = monotonic_ns() + kAnswerWithin * std::int64_t{1'000'000};
   tell(EyeMessageKind::kLockstep, 0);
-  while (pump() && !in_lockstep_ && monotonic_ns() < give_up) wait_until(monotonic_ns() + kLook);
+  while (pump() && !in_lockstep_ && monotonic_ns() < give_up) wait_until(monotonic_ns() + kPollNs);
   return in_lockstep_;
 }
 
@@ -195,7 +195,7 @@ void EyeLink::grant(std::uint64_t pulses) noexcept {
   }
 }
 
-std::string tell_eye(const std::string& socket, const std::string& text) {
+std::string command_eye(const std::string& socket, const std::string& text) {
   const Connection connection(socket);
   send_message(connection.get(), text.data(), text.size());
   std::string answer(4096, '\0');

@@ -61,7 +61,7 @@ class EyeLink {
 };
 
 /// Sends one line of text to an eye's socket and returns its answer. Throws Error.
-std::string tell_eye(const std::string& socket, const std::string& text);
+std::string command_eye(const std::string& socket, const std::string& text);
 
 /// Maps what an eye publishes, for an observer. Throws Error.
 Mapped<const EyeSharedMemory> observe_eye(const std::string& socket);

@@ -8,8 +8,8 @@
 namespace photocoag {
 namespace {
 
-constexpr std::size_t kCombined = 7;  // most quantities of which all combinations are tried
-constexpr double kMatters = 0.001;    // of the limit: least effect of such a quantity alone
+constexpr std::size_t kCombined = 7;    // most quantities of which all combinations are tried
+constexpr double kLeastEffect = 0.001;  // of the limit: least effect of such a quantity alone
 
 using Signs = std::vector<int>;
 
@@ -57,7 +57,8 @@ std::vector<std::vector<int>> declared_corners(const Config& config, const Reduc
   std::stable_sort(combined.begin(), combined.end(),
                    [&](std::size_t i, std::size_t j) { return effects[i].size > effects[j].size; });
   if (combined.size() > kCombined) combined.resize(kCombined);
-  while (!combined.empty() && effects[combined.back()].size < kMatters * config.control.peak_max) {
+  while (!combined.empty() &&
+         effects[combined.back()].size < kLeastEffect * config.control.peak_max) {
     combined.pop_back();
   }
   Signs early(count);

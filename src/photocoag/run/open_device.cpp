@@ -103,7 +103,7 @@ void OpenEye::finish(Treatment& treatment) {
                       .pacing = pace_.describe(),
                       .lockstep = pace_.lockstep};
   try {
-    report.status = tell_eye(place_.path, "status");
+    report.status = command_eye(place_.path, "status");
   } catch (const Error&) {
     report.status = "gone";
   }

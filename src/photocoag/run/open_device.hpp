@@ -13,8 +13,8 @@
 #include "photocoag/config/config.hpp"
 #include "photocoag/device/device.hpp"
 #include "photocoag/fom/sampled_plant.hpp"
-#include "photocoag/loop/own_parts.hpp"
 #include "photocoag/loop/simulated_eye.hpp"
+#include "photocoag/loop/user_parts.hpp"
 #include "photocoag/rom/intersample.hpp"
 #include "photocoag/rt/clock_pace.hpp"
 #include "photocoag/rt/driver_device.hpp"
@@ -75,10 +75,10 @@ class OpenSimulatedEye {
 
   /// `config` and what `plant` refers to must outlive this. `states`: of the full-order model; 0
   /// for a user's plant.
-  OpenSimulatedEye(const Config& config, const ReducedModel& model, OwnPlant plant,
+  OpenSimulatedEye(const Config& config, const ReducedModel& model, PlantRef plant,
                    std::size_t states, const PlantMismatch& mismatch)
       : config_(config),
-        model_(told_of(model, config.estimator.timing)),
+        model_(controller_model(model, config.estimator.timing)),
         states_(states),
         has_self_test_(mismatch.self_test),
         device_(plant, config.plant.noise, config.run.seed, eye_settings(config, mismatch),
@@ -103,7 +103,7 @@ class OpenSimulatedEye {
   ReducedModel model_;
   std::size_t states_;
   bool has_self_test_;
-  SimulatedEye<OwnPlant, C> device_;
+  SimulatedEye<PlantRef, C> device_;
 };
 
 /// The simulated eye of another process: connected, baseline measured, by the clock or in lockstep.
@@ -147,7 +147,9 @@ class OpenBench {
   template <typename... Where>
   OpenBench(const Config& config, const DeviceAddress& place, ModelStore& models,
             const Where&... where)
-      : config_(config), place_(place), model_(told_of(models.reduced(), config.estimator.timing)) {
+      : config_(config),
+        place_(place),
+        model_(controller_model(models.reduced(), config.estimator.timing)) {
     of_the_device([&] { device_.emplace(where..., config.control.period, may_emit(config)); });
     last_resort_.emplace(*device_);
   }
@@ -182,15 +184,15 @@ class OpenBench {
 /// Calls use(open) with the simulated eye of this process: on the user's plant, or on `eye`.
 template <Pace C, typename Use>
 void with_simulated_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                        const PlantMismatch& mismatch, const std::optional<OwnPlant>& own,
+                        const PlantMismatch& mismatch, const std::optional<PlantRef>& own,
                         Use use) {
-  const auto with = [&](OwnPlant plant, std::size_t states) {
+  const auto with = [&](PlantRef plant, std::size_t states) {
     OpenSimulatedEye<C> open(config, model, plant, states, mismatch);
     use(open);
   };
   if (own) return with(*own, 0);
   const std::size_t states = eye.full ? eye.full->states() : eye.reduced->full_order_states;
-  const auto with_ours = [&](auto plant) { with(OwnPlant(plant), states); };
+  const auto with_ours = [&](auto plant) { with(PlantRef(plant), states); };
   if (eye.full && eye.sampled && !config.plant.bench.needs_intersample()) {
     return with_ours(SampledPlant(*eye.full, config.plant.discretization, config.control.period,
                                   config.plant.absorption(), config.cycles()));

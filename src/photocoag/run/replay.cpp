@@ -94,13 +94,13 @@ ReplayOutcome replay_run(const std::filesystem::path& folder, bool use_cache) {
   const std::vector<ReplayCycle> cycles = replay_of(run, asked.control.period, asked.control.delay);
   ModelStore models(asked, use_cache);
   // The configuration of the run's controller: its margin is computed again.
-  const Config config = told_to_controller(asked, models.reduced());
+  const Config config = controller_config(asked, models.reduced());
   const bool pulses = config.photoacoustics.sampling == Sampling::kPulses;
   const int per_period = pulses ? pulses_per_period(config) : 1;
   PromptFeedthrough feed;
   if (pulses) feed = prompt_feedthrough(models.model_full(), models.reduced(), per_period);
   const ReducedModel model = pulses ? pulse_averaged_model(models.reduced(), per_period, feed)
-                                    : told_of(models.reduced(), config.estimator.timing);
+                                    : controller_model(models.reduced(), config.estimator.timing);
   // Only runs on a device have a command column.
   const bool device = run.has("power_command_W");
   OpenRecording open(

@@ -58,14 +58,14 @@ Eigen::VectorXd highest(const Eigen::MatrixXd& peaks, double sigmas) {
 
 // Time intervals since the start: [first[b], first[b + 1]) in periods from 0 on, each about a
 // quarter longer than the one before.
-std::vector<std::size_t> stretches(std::size_t periods) {
+std::vector<std::size_t> intervals(std::size_t periods) {
   std::vector<std::size_t> first;
   for (std::size_t k = 0; k < periods; k += 1 + k / 4) first.push_back(k);
   first.push_back(periods);
   return first;
 }
 
-/// The search: corners, alphas, stretches and the highest peaks in them.
+/// The search: corners, alphas, intervals and the highest peaks in them.
 class Search {
  public:
   Search(const Config& config, const ReducedModel& model)
@@ -74,7 +74,7 @@ class Search {
         limit_(config.control.peak_max),
         quantities_(declared_quantities(config)),
         periods_(std::min(config.cycles(), kMaxPeriods)),
-        first_(stretches(periods_)),
+        first_(intervals(periods_)),
         shares_(first_.size() - 1, 1.0) {
     // Settings that a controller refuses are refused here, not in a thread.
     static_cast<void>(Controller(model, config.control, config.estimator));
@@ -117,7 +117,7 @@ class Search {
     // Noise and backing off change which eye is worst: repeat until no new eye comes near.
     std::vector<Eye> near;
     for (auto fresh = add_near(near); !fresh.empty(); fresh = add_near(near)) {
-      treat(fresh, closely_, std::min(limit_, foretold(fresh)));
+      treat(fresh, closely_, std::min(limit_, predicted(fresh)));
       if (top() > limit_) {
         if (fresh.size() < near.size()) treat(near, closely_, limit_);
         settle(closely_);
@@ -144,12 +144,12 @@ class Search {
     return low + (high - low) * a / (kAlphas - 1.0);
   }
 
-  Config told() const {
-    Config told = config_;
+  Config with_shares() const {
+    Config config = config_;
     for (std::size_t b = 0; b < shares_.size(); ++b) {
-      told.control.shares.resize(first_[b + 1], shares_[b]);
+      config.control.shares.resize(first_[b + 1], shares_[b]);
     }
-    return told;
+    return config;
   }
 
   std::vector<Known>& known(Eye eye) {
@@ -171,7 +171,7 @@ class Search {
   }
 
   // Highest predicted peak of these eyes, K.
-  double foretold(const std::vector<Eye>& eyes) const {
+  double predicted(const std::vector<Eye>& eyes) const {
     double most = 0.0;
     for (const Eye& eye : eyes) {
       for (std::size_t b = 0; b < shares_.size(); ++b) {
@@ -200,10 +200,10 @@ class Search {
     return peak;
   }
 
-  // Fills highest_, of each eye and of all, and which is the worst; 0 in stretches after the last
+  // Fills highest_, of each eye and of all, and which is the worst; 0 in intervals after the last
   // one in which an eye may reach `floor`, K.
   void treat(const std::vector<Eye>& eyes, const Noise& noise, double floor) {
-    const Config config = told();
+    const Config config = with_shares();
     treated_ = eyes;
     of_eye_.assign(eyes.size(), std::vector<double>(shares_.size(), 0.0));
     std::vector<std::size_t> when(eyes.size());
@@ -237,7 +237,7 @@ class Search {
     }
   }
 
-  void survey() { treat(all_, survey_, kNear * std::min(limit_, foretold(all_))); }
+  void survey() { treat(all_, survey_, kNear * std::min(limit_, predicted(all_))); }
 
   // Lowers the shares until none of the eyes treated last is above the limit.
   void settle(const Noise& noise) {
@@ -262,13 +262,13 @@ class Search {
       }
     }
     for (const Eye& old : near) fresh.erase(old);
-    for (const Eye& eye : fresh) foretell(eye);
+    for (const Eye& eye : fresh) predict(eye);
     near.insert(near.end(), fresh.begin(), fresh.end());
     return {fresh.begin(), fresh.end()};
   }
 
   // Between two alphas of the coarse grid: the prediction from either.
-  void foretell(Eye eye) {
+  void predict(Eye eye) {
     const int below = eye.alpha - eye.alpha % kCoarse;
     if (below == eye.alpha) return;
     const std::vector<Known>& low = known({eye.corner, below});
@@ -281,7 +281,7 @@ class Search {
   double top() const { return *std::max_element(highest_.begin(), highest_.end()); }
 
   // The peak falls nearly in proportion. Where it does not (a penalty keeps the power up), the
-  // stretches before have to give way too.
+  // intervals before have to give way too.
   void lower(int round) {
     constexpr int kPatience = 4;
     for (std::size_t b = 0; b < shares_.size(); ++b) {
@@ -355,7 +355,7 @@ TissueMargin tissue_margin(const Config& config, const ReducedModel& model) {
   return Search(config, model).run();
 }
 
-Config told_to_controller(const Config& config, const ReducedModel& model) {
+Config controller_config(const Config& config, const ReducedModel& model) {
   return wants_margin(config) ? backed_off(config, tissue_margin(config, model)) : config;
 }
 

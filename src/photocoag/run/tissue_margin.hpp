@@ -43,6 +43,6 @@ TissueMargin tissue_margin(const Config& config, const ReducedModel& model);
 Config backed_off(const Config& config, const TissueMargin& margin);
 
 /// The controller's configuration: backed off if a margin is wanted, else `config`.
-Config told_to_controller(const Config& config, const ReducedModel& model);
+Config controller_config(const Config& config, const ReducedModel& model);
 
 }  // namespace photocoag

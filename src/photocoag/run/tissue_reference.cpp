@@ -168,12 +168,12 @@ struct Judge {
   void responses(const char* key, const Compared& output, AbsorptionFactors at,
                  double stated) const {
     const double believed = std::min(stated, kStatedErrorMax);
-    constexpr std::size_t kForEver = 0;
+    constexpr std::size_t kSteady = 0;
     const auto compare = [&](double found, double wanted, double tolerance, double full,
                              std::size_t periods) {
       if (std::abs(found - wanted) <= tolerance * full) return;
       const std::string when =
-          periods == kForEver
+          periods == kSteady
               ? "for ever"
               : fmt::format("after {:g} ms", 1e3 * model.period * static_cast<double>(periods));
       refuse(key, "the model's response is not that of the tissue",
@@ -186,7 +186,7 @@ struct Judge {
               output.reference.back(), k + 1);
     }
     compare(output.model_steady, output.reference_steady, 2.0 * believed + kSteadyTolerance,
-            output.reference_steady, kForEver);
+            output.reference_steady, kSteady);
   }
 
   void certificate(const BothOutputs& both, AbsorptionFactors at) const {

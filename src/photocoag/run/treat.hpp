@@ -23,7 +23,7 @@ namespace photocoag {
 /// What a caller may pass to a treatment.
 struct LoopContext {
   Watch watch = {};
-  Onlooker onlooker = {};
+  TreatmentMonitor monitor = {};
 
   bool log_is_good() const noexcept { return watch.log == nullptr || watch.log->healthy(); }
 };
@@ -36,7 +36,7 @@ void close_loop(const Config& config, C& controller, O& open, S& supervisor,
   const double period = config.control.period;
   const std::size_t cycles = treatment.records.size();
   Watch watch = context.watch;
-  watch.live = context.onlooker.live;
+  watch.live = context.monitor.live;
   watch.goal = GoalWatch(config);
   TreatmentObserver observer(period, open.timed() ? cycles : 0, watch);
   open.begin(cycles);
@@ -67,7 +67,7 @@ void treat_with(const Config& config, C& controller, O& open, const LoopContext&
     const SafetyLimits limits = open.limits();
     const ObserverModel observer = open.observer();  // may take long: before the device is used
     const SelfTestReport report = open.self_test(context.log_is_good());
-    if (context.onlooker.self_tested) context.onlooker.self_tested(report, limits);
+    if (context.monitor.self_tested) context.monitor.self_tested(report, limits);
     auto supervisor = begun_supervisor<typename O::Refusal>(limits, observer, report);
     close_loop(config, controller, open, supervisor, context, treatment);
   }

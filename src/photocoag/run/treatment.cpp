@@ -73,7 +73,7 @@ void require_real_time(const Config& config) {
 Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAddress& place,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                         const std::filesystem::path& log_folder, LogOptions log_options,
-                        const Onlooker& onlooker) {
+                        const TreatmentMonitor& monitor) {
   if (place.here() && config.photoacoustics.sampling == Sampling::kPulses) {
     throw Error(ErrorParts{.key = "photoacoustics.sampling",
                            .problem = "the eye in this process has no pulses",
@@ -85,7 +85,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAd
   if (!log_folder.empty()) {
     log = start_log(config, models, log_folder, describe(place), std::move(log_options));
   }
-  const LoopContext context{{.stop = &stop, .progress = &progress, .log = log.get()}, onlooker};
+  const LoopContext context{{.stop = &stop, .progress = &progress, .log = log.get()}, monitor};
   Treatment treatment = with_room(config);
   const auto run = [&](const RealTime& granted) {
     open_device(config, place, models, granted,
@@ -102,7 +102,7 @@ Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAd
 
 Treatment treat_into(const std::filesystem::path& folder, const Config& controlled,
                      const DeviceAddress& place, ModelStore& models, const std::atomic<bool>& stop,
-                     std::atomic<std::size_t>& progress, const Onlooker& onlooker) {
+                     std::atomic<std::size_t>& progress, const TreatmentMonitor& monitor) {
   DeviceAddress device = place;
   std::optional<EyeProcess> eye;
   if (place.own_process) {
@@ -114,7 +114,7 @@ Treatment treat_into(const std::filesystem::path& folder, const Config& controll
   }
   const bool is_virtual = place.kind == DeviceAddress::Kind::kVirtual;
   return run_treatment(controlled, models, device, stop, progress,
-                       is_virtual ? std::filesystem::path() : folder / "log", {}, onlooker);
+                       is_virtual ? std::filesystem::path() : folder / "log", {}, monitor);
 }
 
 Treatment simulate_eye(const Config& config, const ReducedModel& model, const EyeModel& eye,
@@ -126,13 +126,13 @@ Treatment simulate_eye(const Config& config, const ReducedModel& model, const Ey
 }
 
 Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                        const OwnParts& own, const std::atomic<bool>& stop,
+                        const UserParts& own, const std::atomic<bool>& stop,
                         std::atomic<std::size_t>& progress) {
   const LoopContext context{{.stop = &stop, .progress = &progress}};
   Treatment treatment = with_room(config);
   with_simulated_eye<VirtualPace>(config, model, eye, {}, own.plant, [&](auto& open) {
     if (!own.controller) return treat(config, open, context, treatment);
-    OwnController controller = *own.controller;
+    ControllerRef controller = *own.controller;
     treat_with(config, controller, open, context, treatment);
   });
   return treatment;

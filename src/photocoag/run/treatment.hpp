@@ -15,9 +15,9 @@
 
 #include "photocoag/config/config.hpp"
 #include "photocoag/estimation/prior_check.hpp"
-#include "photocoag/loop/own_parts.hpp"
 #include "photocoag/loop/record.hpp"
 #include "photocoag/loop/treatment_loop.hpp"
+#include "photocoag/loop/user_parts.hpp"
 #include "photocoag/rt/real_time.hpp"
 #include "photocoag/run/device_address.hpp"
 #include "photocoag/run/model_cache.hpp"
@@ -60,7 +60,7 @@ struct Treatment {
 };
 
 /// A passive viewer of a running treatment.
-struct Onlooker {
+struct TreatmentMonitor {
   SpscRing<LogRecord>* live = nullptr;  ///< receives every cycle; if full, cycles are dropped
   /// Called before the loop, on its thread, with the self-test's result, passed or not. May be
   /// empty.
@@ -81,14 +81,14 @@ void require_real_time(const Config& config);
 Treatment run_treatment(const Config& config, ModelStore& models, const DeviceAddress& place,
                         const std::atomic<bool>& stop, std::atomic<std::size_t>& progress,
                         const std::filesystem::path& log_folder = {}, LogOptions log_options = {},
-                        const Onlooker& onlooker = {});
+                        const TreatmentMonitor& monitor = {});
 
 /// The same for an existing run folder. `controlled`: the configuration with reference and limit
 /// backed off if a margin is wanted. The log goes into `folder` unless in virtual time; an eye
 /// process, if any, is started with the folder's config.toml.
 Treatment treat_into(const std::filesystem::path& folder, const Config& controlled,
                      const DeviceAddress& place, ModelStore& models, const std::atomic<bool>& stop,
-                     std::atomic<std::size_t>& progress, const Onlooker& onlooker = {});
+                     std::atomic<std::size_t>& progress, const TreatmentMonitor& monitor = {});
 
 /// True if the reason is a fault of the device.
 bool is_device_fault(SafetyReason reason) noexcept;
@@ -116,7 +116,7 @@ Treatment simulate_eye(const Config& config, const ReducedModel& model, const Ey
 /// The closed loop of run_treatment in virtual time on the calling thread, with the user's
 /// controller or tissue. Throws Error only before the loop.
 Treatment simulate_with(const Config& config, const ReducedModel& model, const EyeModel& eye,
-                        const OwnParts& own, const std::atomic<bool>& stop,
+                        const UserParts& own, const std::atomic<bool>& stop,
                         std::atomic<std::size_t>& progress);
 
 }  // namespace photocoag

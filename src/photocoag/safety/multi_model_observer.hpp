@@ -69,7 +69,7 @@ class MultiModelObserver {
 
   /// Set after a sample far hotter than anything plausible, until one fits again: the tissue may
   /// have changed, so the powers below consider every absorption.
-  void suspect(bool suspicious) noexcept { suspicious_ = suspicious; }
+  void set_suspicious(bool suspicious) noexcept { suspicious_ = suspicious; }
 
   /// Largest plausible absorption factor; before the second sample the largest of the model.
   double absorption_high() const noexcept { return high_alpha_; }

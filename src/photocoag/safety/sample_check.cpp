@@ -35,7 +35,7 @@ SafetyReason SampleCheck::check(const DeviceSample& sample, MultiModelObserver& 
     watch_noise(residual.outside, latch);
     const bool rejected = residual.outside > kRejectAt;
     if (rejected) reason = SafetyReason::kSampleRejected;
-    observer.suspect(rejected && residual.above);
+    observer.set_suspicious(rejected && residual.above);
   }
   // Stuck is judged on everything that looks like a sample.
   if (reason == SafetyReason::kNone || reason == SafetyReason::kSampleRejected) {

@@ -72,7 +72,7 @@ std::string_view words_of(SpotEnding ending) noexcept {
   return kWords[static_cast<std::size_t>(ending)].words;
 }
 
-bool went_to_its_end(SpotEnding ending) noexcept {
+bool is_complete(SpotEnding ending) noexcept {
   return ending == SpotEnding::kTreated || ending == SpotEnding::kGoalMissed ||
          ending == SpotEnding::kOverLimit;
 }

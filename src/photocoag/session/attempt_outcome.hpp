@@ -32,7 +32,7 @@ std::string_view word_of(SpotEnding ending) noexcept;
 std::string_view words_of(SpotEnding ending) noexcept;
 
 /// True if the spot's treatment was complete, so that its estimates count.
-bool went_to_its_end(SpotEnding ending) noexcept;
+bool is_complete(SpotEnding ending) noexcept;
 
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 

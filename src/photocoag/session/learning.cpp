@@ -11,7 +11,7 @@ EstimatorSettings learnt(EstimatorSettings configured, const std::vector<Attempt
   double sum = configured.absorption_initial;
   double squares = sum * sum;
   for (const AttemptOutcome& spot : earlier) {
-    if (!went_to_its_end(spot.ending) || !std::isfinite(spot.absorption)) continue;
+    if (!is_complete(spot.ending) || !std::isfinite(spot.absorption)) continue;
     count += 1.0;
     sum += spot.absorption;
     squares += spot.absorption * spot.absorption;

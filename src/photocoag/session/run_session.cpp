@@ -219,8 +219,8 @@ class Runner {
     try {
       config_.validate();
       const ReducedModel& model = models_for(config_).reduced();
-      told_ = told_to_controller(config_, model);
-      if (options_.ask.prepared) options_.ask.prepared(session_.spots[spot], told_, model);
+      controlled_ = controller_config(config_, model);
+      if (options_.ask.prepared) options_.ask.prepared(session_.spots[spot], controlled_, model);
     } catch (const Error& error) {
       return error;
     }
@@ -266,10 +266,10 @@ class Runner {
     const ClaimedFolder claimed = open_run_folder(folder, config_);
     const DeviceAddress& place = session_.place;
     // The next spot is at a cold place.
-    if (place.eye() && !place.own_process) tell_eye(place.path, "cold");
+    if (place.eye() && !place.own_process) command_eye(place.path, "cold");
     progress_ = 0;
     const Treatment treatment =
-        treat_into(folder, told_, place, *models_, stop_, progress_, options_.ask.onlooker);
+        treat_into(folder, controlled_, place, *models_, stop_, progress_, options_.ask.monitor);
     if (options_.ask.treated) options_.ask.treated(config_, treatment, folder);
     AttemptOutcome outcome = outcome_of(config_, treatment);
     try {
@@ -290,8 +290,8 @@ class Runner {
   std::atomic<std::size_t>& progress_;
   SessionJournal journal_;
   std::unique_ptr<ModelStore> models_;
-  Config config_;  // of the running spot …
-  Config told_;    // … and what its controller is told
+  Config config_;      // of the running spot …
+  Config controlled_;  // … and what its controller is told
   SessionResult result_;
 };
 

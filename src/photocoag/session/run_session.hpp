@@ -28,7 +28,7 @@ struct SessionOperator {
   std::function<bool()> still_wanted;
   std::function<After(const AttemptOutcome&)> after;
   /// Called before `before` with the configuration and model of the spot's controller.
-  std::function<void(const SpotPlan&, const Config& told, const ReducedModel&)> prepared;
+  std::function<void(const SpotPlan&, const Config& controlled, const ReducedModel&)> prepared;
   /// A spot begins (attempt 1, 2, …).
   std::function<void(const SpotPlan&, const Config&, int attempt)> begins;
   /// Its loop has ended; its files are not yet written.
@@ -37,7 +37,7 @@ struct SessionOperator {
   std::function<void(const AttemptOutcome&)> over;
   /// Called initially and after every change of the journal.
   std::function<void(const SessionJournal&)> changed;
-  Onlooker onlooker;
+  TreatmentMonitor monitor;
 };
 
 struct SessionOptions {

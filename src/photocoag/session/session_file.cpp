@@ -124,7 +124,7 @@ std::vector<Config> drawn(const Session& session, std::vector<Config> configs, s
 
 void require_learnable(const Session& session) {
   for (const Config& config : session.configs) {
-    const bool posterior = config.believes();
+    const bool posterior = config.uses_prior();
     if (!posterior && !wants_margin(config)) continue;
     throw Error(ErrorParts{
         .where = session.file,

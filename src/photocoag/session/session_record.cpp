@@ -58,11 +58,11 @@ SessionTotals totals_of(const SessionResult& result) {
   std::vector<double> absorption;
   for (const SpotHistory& spot : result.spots) {
     const SpotEnding ending = spot.ending();
-    totals.treated += went_to_its_end(ending) ? 1 : 0;
+    totals.treated += is_complete(ending) ? 1 : 0;
     totals.over_limit += ending == SpotEnding::kOverLimit ? 1 : 0;
     totals.stopped += ending == SpotEnding::kStopped ? 1 : 0;
     totals.uncertain += ending == SpotEnding::kMayHaveEmitted ? 1 : 0;
-    if (went_to_its_end(ending)) absorption.push_back(spot.attempts.back().absorption);
+    if (is_complete(ending)) absorption.push_back(spot.attempts.back().absorption);
   }
   if (!absorption.empty()) {
     std::tie(totals.absorption_mean, totals.absorption_deviation) = mean_and_deviation(absorption);

@@ -21,7 +21,7 @@ using Value = double AttemptOutcome::*;
 std::vector<AttemptOutcome> treated(const SessionResult& result) {
   std::vector<AttemptOutcome> list;
   for (const AttemptOutcome& attempt : result.attempts) {
-    if (went_to_its_end(attempt.ending)) list.push_back(attempt);
+    if (is_complete(attempt.ending)) list.push_back(attempt);
   }
   return list;
 }

@@ -76,7 +76,7 @@ std::vector<RunJob> remedy_jobs(const Explanation& study, const std::vector<std:
 double replay_misfit(const ReducedModel& model, EstimatorSettings settings, double lag,
                      const Trajectory& run, std::vector<double>* peaks) {
   settings.timing = {.averaging = 0.0, .sample_lag = lag, .power_lag = 0.0};
-  ExtendedKalmanFilter filter(told_of(model, settings.timing), settings);
+  ExtendedKalmanFilter filter(controller_model(model, settings.timing), settings);
   double sum = 0.0;
   double samples = 0.0;
   for (std::size_t k = 0; k < run.power_mW.size(); ++k) {

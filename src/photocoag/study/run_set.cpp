@@ -73,9 +73,9 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
   }
   const std::size_t total = jobs.size() * static_cast<std::size_t>(seeds);
   // The controllers' configurations; results are measured against the original configuration.
-  std::vector<Config> told;
+  std::vector<Config> controlled;
   for (const RunJob& job : jobs) {
-    told.push_back(told_to_controller(job.config, pool.get(job.config)->reduced));
+    controlled.push_back(controller_config(job.config, pool.get(job.config)->reduced));
   }
   for_each_in_parallel(
       total,
@@ -83,7 +83,7 @@ std::vector<RunResult> run_all(const std::vector<RunJob>& jobs, int seeds, Model
         const std::size_t job = k / static_cast<std::size_t>(seeds);
         const std::size_t seed = k % static_cast<std::size_t>(seeds);
         const Config& config = jobs[job].config;
-        Trajectory loop = run_once(told[job], *pool.get(config), config.run.seed + seed);
+        Trajectory loop = run_once(controlled[job], *pool.get(config), config.run.seed + seed);
         measured[job][seed] = measure(config, loop);
         results[job].trajectories[seed] = std::move(loop);
       },

@@ -1,6 +1,6 @@
 // Role: simulation; the eye's socket thread: accepts one controller at a time, answers text
 // commands, gives observers the published memory. Used by eye_server. Source: docs/devices.md,
-// "Transports". Threads: its own; EyeDesk is what it shares with the pulse thread.
+// "Transports". Threads: its own; EyeSharedState is what it shares with the pulse thread.
 #pragma once
 
 #include <atomic>
@@ -23,7 +23,7 @@ struct EyeClient {
 };
 
 /// Data shared by both threads.
-struct EyeDesk {
+struct EyeSharedState {
   EyeSharedMemory* memory = nullptr;
   int descriptor = -1;  ///< of the memory, for observers
   std::int64_t pulse_ns = 0;
@@ -45,34 +45,34 @@ struct EyeDesk {
   std::atomic<double> work_max{0.0};
 };
 
-class EyeReception {
+class EyeSocketServer {
  public:
-  static constexpr std::size_t kMostGuests =
+  static constexpr std::size_t kMostPeers =
       16;  ///< connections; the oldest is dropped for a new one
 
-  EyeReception(EyeDesk& desk, FaultScript& faults, const Listener& listener)
-      : desk_(desk), faults_(faults), listener_(listener) {}
-  ~EyeReception();
-  EyeReception(const EyeReception&) = delete;
-  EyeReception& operator=(const EyeReception&) = delete;
+  EyeSocketServer(EyeSharedState& shared, FaultScript& faults, const Listener& listener)
+      : shared_(shared), faults_(faults), listener_(listener) {}
+  ~EyeSocketServer();
+  EyeSocketServer(const EyeSocketServer&) = delete;
+  EyeSocketServer& operator=(const EyeSocketServer&) = delete;
 
-  /// Serves until desk.end.
+  /// Serves until shared.end.
   void run();
 
  private:
-  void let_in();
-  void drop(int guest, bool closing);
-  static void say(int guest, const std::string& text);
-  void serve(int guest);
-  void welcome(int guest, const EyeHello& hello);
-  void answer(int guest, const std::string& text);
+  void accept_peer();
+  void drop(int peer, bool closing);
+  static void say(int peer, const std::string& text);
+  void serve(int peer);
+  void welcome(int peer, const EyeHello& hello);
+  void answer(int peer, const std::string& text);
   std::string status() const;
-  void add_fault(int guest, const std::string& text);
+  void add_fault(int peer, const std::string& text);
 
-  EyeDesk& desk_;
+  EyeSharedState& shared_;
   FaultScript& faults_;
   const Listener& listener_;
-  std::vector<int> guests_;  // oldest first
+  std::vector<int> peers_;  // oldest first
   EyeClient client_;
 };
 

@@ -16,7 +16,7 @@ namespace photocoag {
 
 /// Means over the eyes at one cycle; arrays: [0] over all, then over the terciles of alpha, lowest
 /// first.
-struct HonestyCycle {
+struct ConsistencyCycle {
   std::array<double, 4> nees{};     ///< of the peak: error^2 / stated variance
   std::array<double, 4> covered{};  ///< share of the eyes within 1.96 stated deviations
   double rms_K = 0.0;               ///< of the estimated peak's error
@@ -32,10 +32,10 @@ struct OfflineBound {
   double held_deviation_K = 0.0;
 };
 
-struct Honesty {
+struct PosteriorConsistency {
   std::size_t eyes = 0;
   double period = 0.0;  ///< s
-  std::vector<HonestyCycle> cycles;
+  std::vector<ConsistencyCycle> cycles;
   /// Over the second half, at the cycles that have both.
   double rms_K = 0.0;
   double batch_rms_K = 0.0;
@@ -44,12 +44,13 @@ struct Honesty {
 
 /// The first `eyes` spots of the campaign. Throws Error if its controller has no posterior
 /// estimator, its samples are means over pulses, or a treatment was stopped early.
-Honesty honesty_of(const Campaign& campaign, const SpotModels& models, std::size_t eyes,
-                   const std::function<void(double)>& progress = {});
+PosteriorConsistency posterior_consistency(const Campaign& campaign, const SpotModels& models,
+                                           std::size_t eyes,
+                                           const std::function<void(double)>& progress = {});
 
 /// A row per cycle.
-std::string honesty_csv(const Honesty& honesty);
+std::string consistency_csv(const PosteriorConsistency& all);
 /// The bounds, for `compare` (campaign/pareto.hpp).
-std::string offline_bound_json(const Honesty& honesty, const Campaign& campaign);
+std::string offline_bound_json(const PosteriorConsistency& all, const Campaign& campaign);
 
 }  // namespace photocoag

@@ -1,4 +1,4 @@
-#include "photocoag/campaign/honesty.hpp"
+#include "photocoag/campaign/posterior_consistency.hpp"
 
 #include <fmt/format.h>
 
@@ -75,8 +75,8 @@ double rms(const std::vector<double>& squares) {
 }
 
 // The eyes come in the order of alpha.
-HonestyCycle cycle_of(const std::vector<Eye>& eyes, std::size_t k) {
-  HonestyCycle cycle;
+ConsistencyCycle cycle_of(const std::vector<Eye>& eyes, std::size_t k) {
+  ConsistencyCycle cycle;
   std::array<double, 4> count{};
   std::vector<double> squares;
   std::vector<double> batch;
@@ -117,10 +117,11 @@ OfflineBound bound_of(const std::vector<Eye>& eyes, const ControlSettings& contr
 
 }  // namespace
 
-Honesty honesty_of(const Campaign& campaign, const SpotModels& models, std::size_t eyes,
-                   const std::function<void(double)>& progress) {
+PosteriorConsistency posterior_consistency(const Campaign& campaign, const SpotModels& models,
+                                           std::size_t eyes,
+                                           const std::function<void(double)>& progress) {
   const UncertainModel* model = models.controller.uncertain.get();
-  if (model == nullptr || !campaign.config.believes()) {
+  if (model == nullptr || !campaign.config.uses_prior()) {
     throw Error(ErrorParts{.where = campaign.file,
                            .key = "estimator.kind",
                            .problem = "the controller has no posterior estimate",
@@ -140,7 +141,7 @@ Honesty honesty_of(const Campaign& campaign, const SpotModels& models, std::size
     if (progress) progress(static_cast<double>(spot + 1) / static_cast<double>(eyes));
   }
   std::sort(seen.begin(), seen.end(), [](const Eye& a, const Eye& b) { return a.alpha < b.alpha; });
-  Honesty out;
+  PosteriorConsistency out;
   out.eyes = eyes;
   out.period = campaign.config.control.period;
   std::vector<double> squares;
@@ -160,13 +161,13 @@ Honesty honesty_of(const Campaign& campaign, const SpotModels& models, std::size
   return out;
 }
 
-std::string honesty_csv(const Honesty& all) {
+std::string consistency_csv(const PosteriorConsistency& all) {
   std::string text =
       "time_s,nees,nees_low_alpha,nees_middle_alpha,nees_high_alpha,covered_95,"
       "covered_95_low_alpha,covered_95_middle_alpha,covered_95_high_alpha,rms_error_K,"
       "batch_rms_error_K\n";
   for (std::size_t k = 0; k < all.cycles.size(); ++k) {
-    const HonestyCycle& cycle = all.cycles[k];
+    const ConsistencyCycle& cycle = all.cycles[k];
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{}\n",
                    static_cast<double>(k + 1) * all.period, fmt::join(cycle.nees, ","),
                    fmt::join(cycle.covered, ","), cycle.rms_K,
@@ -175,7 +176,7 @@ std::string honesty_csv(const Honesty& all) {
   return text;
 }
 
-std::string offline_bound_json(const Honesty& all, const Campaign& campaign) {
+std::string offline_bound_json(const PosteriorConsistency& all, const Campaign& campaign) {
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (const OfflineBound& bound : all.bounds) {
     points.push_back({{"limit_probability", bound.probability},

@@ -13,11 +13,11 @@
 namespace photocoag {
 
 /// Refers to a Plant owned by the caller. Copies share it.
-class OwnPlant {
+class PlantRef {
  public:
   /// `plant` must outlive this.
   template <Plant P>
-  explicit OwnPlant(P& plant)
+  explicit PlantRef(P& plant)
       : plant_(&plant),
         step_([](void* p, double power) noexcept { static_cast<P*>(p)->step(power); }),
         outputs_([](void* p) noexcept { return static_cast<P*>(p)->outputs(); }),
@@ -27,7 +27,7 @@ class OwnPlant {
 
   void step(double power) noexcept { step_(plant_, power); }
   Outputs outputs() const noexcept { return outputs_(plant_); }
-  friend double sample_of(const OwnPlant& own, double at_the_end) noexcept {
+  friend double sample_of(const PlantRef& own, double at_the_end) noexcept {
     return own.sample_(own.plant_, at_the_end);
   }
 
@@ -39,11 +39,11 @@ class OwnPlant {
 };
 
 /// Refers to a controller owned by the caller, see Controlling. Copies share it.
-class OwnController {
+class ControllerRef {
  public:
   /// `controller` must outlive this.
   template <Controlling C>
-  explicit OwnController(C& controller)
+  explicit ControllerRef(C& controller)
       : controller_(&controller),
         observe_([](void* c, const Sample& sample) noexcept {
           return static_cast<C*>(c)->observe(sample);
@@ -55,7 +55,7 @@ class OwnController {
   Estimate observe(const Sample& sample) noexcept { return observe_(controller_, sample); }
   Decision decide() noexcept { return decide_(controller_); }
   Estimate estimate() const noexcept { return estimate_(controller_); }
-  friend Innovation innovation_of(const OwnController& own) noexcept {
+  friend Innovation innovation_of(const ControllerRef& own) noexcept {
     return own.innovation_(own.controller_);
   }
 
@@ -67,12 +67,12 @@ class OwnController {
   Innovation (*innovation_)(void*) noexcept;
 };
 
-static_assert(Plant<OwnPlant> && Controlling<OwnController>);
+static_assert(Plant<PlantRef> && Controlling<ControllerRef>);
 
 /// User-supplied parts; empty: the built-in ones.
-struct OwnParts {
-  std::optional<OwnPlant> plant;
-  std::optional<OwnController> controller;
+struct UserParts {
+  std::optional<PlantRef> plant;
+  std::optional<ControllerRef> controller;
 };
 
 }  // namespace photocoag

@@ -1,4 +1,4 @@
-#include "own_parts.hpp"
+#include "user_parts.hpp"
 
 #include <fmt/format.h>
 
