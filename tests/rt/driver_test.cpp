@@ -53,6 +53,9 @@ Supervisor supervisor_of_the_example() {
   Supervisor supervisor(limits, model);
   supervisor.power_on();
   supervisor.finish_self_test({.samples = 64,
+                               .interlock_closed = true,
+                               .shutter_open = true,
+                               .foot_switch = true,
                                .watchdog_tripped = true,
                                .model_matches = true,
                                .solver_exact = true,

@@ -1,6 +1,7 @@
 // The words about a self-test and the supervisor's judgement of it are about the same limits.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <initializer_list>
@@ -59,6 +60,52 @@ TEST(SelfTest, AWaitWithoutASampleIsNoSample) {
   EXPECT_EQ(static_cast<std::uint64_t>(device.waits), device.sequence + 1);
 }
 
+/// Healthy, with switches that somebody may operate at a cycle.
+struct Switched : SlowToBegin {
+  Readback switches;
+  std::uint64_t from = 0;
+  double most = 0.0;
+
+  Readback readback() noexcept {
+    Readback now = sequence > from ? switches : Readback{};
+    now.power = now.interlock_closed && now.shutter_open && now.foot_switch ? power : 0.0;
+    return now;
+  }
+  DeviceStatus write_power(double watts, std::uint64_t token) noexcept {
+    most = std::max(most, watts);
+    return SlowToBegin::write_power(watts, token);
+  }
+};
+
+TEST(SelfTest, NoLightIsAskedForWithAnOpenSwitch) {
+  for (const Readback& open : {Readback{.interlock_closed = false}, Readback{.shutter_open = false},
+                               Readback{.foot_switch = false}}) {
+    Switched device;
+    device.switches = open;
+    const SelfTestReport report = self_test(device, ControlSettings{}, true);
+    EXPECT_EQ(device.most, 0.0);
+    EXPECT_EQ(report.interlock_closed, open.interlock_closed);
+    EXPECT_EQ(report.shutter_open, open.shutter_open);
+    EXPECT_EQ(report.foot_switch, open.foot_switch);
+    EXPECT_FALSE(report.switches_ready());
+  }
+  Switched ready;
+  EXPECT_TRUE(self_test(ready, ControlSettings{}, true).switches_ready());
+  EXPECT_EQ(ready.most, 1e-3);
+}
+
+// Light was seen, and before the loop could begin the foot is gone.
+TEST(SelfTest, ASwitchThatOpensWhileTheEyeCoolsIsNoticed) {
+  Switched whole;
+  self_test(whole, ControlSettings{}, true);
+  Switched device;
+  device.switches = {.foot_switch = false};
+  device.from = whole.sequence - 1;
+  const SelfTestReport report = self_test(device, ControlSettings{}, true);
+  EXPECT_EQ(device.most, 1e-3);
+  EXPECT_FALSE(report.foot_switch);
+}
+
 TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {
   struct Case {
     const char* item;
@@ -73,6 +120,10 @@ TEST(SelfTest, SaysWhichItemFailedAndWhatToDo) {
            {"noise", [](SelfTestReport& r) { r.sigma = 2.01 * kNoise; }},
            {"noise", [](SelfTestReport& r) { r.sigma = 0.49 * kNoise; }},
            {"power", [](SelfTestReport& r) { r.power_at_zero = 2.1e-3; }},
+           {"switches: the device reports its interlock open,",
+            [](SelfTestReport& r) { r.interlock_closed = false; }},
+           {"switches: the device reports its shutter closed, its foot switch released,",
+            [](SelfTestReport& r) { r.shutter_open = r.foot_switch = r.watchdog_tripped = false; }},
            {"watchdog", [](SelfTestReport& r) { r.watchdog_tripped = false; }},
            {"model", [](SelfTestReport& r) { r.model_matches = false; }},
            {"solver", [](SelfTestReport& r) { r.solver_exact = false; }},

@@ -94,6 +94,9 @@ TEST(SupervisorStates, EveryPartOfTheSelfTestCanRefuse) {
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.samples = 31; }));
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.power_at_zero = 3e-3; }));
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.power_at_zero = kNan; }));
+  EXPECT_FALSE(passes([](SelfTestReport& r) { r.interlock_closed = false; }));
+  EXPECT_FALSE(passes([](SelfTestReport& r) { r.shutter_open = false; }));
+  EXPECT_FALSE(passes([](SelfTestReport& r) { r.foot_switch = false; }));
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.watchdog_tripped = false; }));
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.model_matches = false; }));
   EXPECT_FALSE(passes([](SelfTestReport& r) { r.solver_exact = false; }));

@@ -116,6 +116,11 @@ std::string self_test_message(const SelfTestReport& report, const SafetyLimits& 
   items.push_back(item("Power read back at 0 W", std::abs(report.power_at_zero) <= kReadbackFloor,
                        fmt::format("{:.2f} mW", report.power_at_zero * 1e3),
                        fmt::format("at most {:.2f} mW", kReadbackFloor * 1e3)));
+  items.push_back(item("Interlock, shutter, foot switch", report.switches_ready(),
+                       fmt::format("{}, {}, {}", yes(report.interlock_closed, "closed", "open"),
+                                   yes(report.shutter_open, "open", "closed"),
+                                   yes(report.foot_switch, "pressed", "released")),
+                       "closed, open, pressed"));
   items.push_back(item("Watchdog", report.watchdog_tripped,
                        yes(report.watchdog_tripped, "trips", "did not trip"),
                        "0 W without a fresh command"));

@@ -206,6 +206,7 @@ void bad_calibration(const ProcessFaultOptions& options, double absorption, Faul
       {"NaN", std::vector<double>(64, std::numeric_limits<double>::quiet_NaN()), false}};
   for (const Case& test : cases) {
     SelfTestReport report = self_test_of(test.samples);
+    report.interlock_closed = report.shutter_open = report.foot_switch = true;
     report.watchdog_tripped = report.model_matches = report.solver_exact = report.log_has_room =
         true;
     bool ready = true;  // not checked without the supervisor

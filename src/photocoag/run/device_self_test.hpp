@@ -16,7 +16,8 @@
 namespace photocoag {
 
 /// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW (less if the laser has
-/// less), and time to cool down; in cycles from `first` on. Throws DeviceError if the device
+/// less) unless interlock, shutter or foot switch forbid light, and time to cool down; in cycles
+/// from `first` on. Throws DeviceError if the device
 /// vanishes.
 template <Device D>
 SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has_room,
@@ -46,9 +47,16 @@ SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has
   }
   SelfTestReport report = self_test_of(baseline);
   report.power_at_zero = power_at_zero;
+  const auto read_switches = [&] {
+    const Readback now = device.readback();
+    report.interlock_closed = now.interlock_closed;
+    report.shutter_open = now.shutter_open;
+    report.foot_switch = now.foot_switch;
+    return report.switches_ready();
+  };
   double seen = 0.0;
   // Retry only if nothing was emitted because the command came too late.
-  for (int tries = 0; tries < 3 && !(seen > 0.0); ++tries) {
+  for (int tries = 0; tries < 3 && !(seen > 0.0) && read_switches(); ++tries) {
     write(little);
     double last = std::numeric_limits<double>::quiet_NaN();
     for (int k = 0; k < 4 + control.delay; ++k) {
@@ -63,6 +71,7 @@ SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has
     wait();
   }
   write(0.0);
+  read_switches();
   report.model_matches = true;  // ModelStore has refused any other
   report.solver_exact = solver_is_exact();
   report.log_has_room = log_has_room;

@@ -146,6 +146,9 @@ bool solver_is_exact() {
 SelfTestReport passed_self_test(double noise) {
   return {.samples = 64,
           .sigma = noise,
+          .interlock_closed = true,
+          .shutter_open = true,
+          .foot_switch = true,
           .watchdog_tripped = true,
           .model_matches = true,
           .solver_exact = true,
@@ -179,9 +182,16 @@ std::vector<std::string> failed_items(const SelfTestReport& report, const Safety
       fmt::format(
           "power: {:g} W read back with 0 W commanded; close the shutter, check laser and monitor",
           report.power_at_zero));
-  check(report.watchdog_tripped,
+  std::string open;
+  if (!report.interlock_closed) open += ", its interlock open";
+  if (!report.shutter_open) open += ", its shutter closed";
+  if (!report.foot_switch) open += ", its foot switch released";
+  check(report.switches_ready(), fmt::format("switches: the device reports{}, no light was asked "
+                                             "for; make them ready before the start",
+                                             open.substr(std::min<std::size_t>(1, open.size()))));
+  check(report.watchdog_tripped || !report.switches_ready(),
         "watchdog: a small power without a further command did not appear and end as it must; "
-        "check the device's watchdog and switches, or free the machine of other work");
+        "check the device's watchdog, or free the machine of other work");
   check(report.model_matches, "model: it is not for this tissue and period; reduce it again");
   check(report.solver_exact, "solver: a known problem is not solved to 1e-9; build again");
   check(report.log_has_room, "log: it cannot be written; make room on its disk");

@@ -48,7 +48,8 @@ Supervisor begun_supervisor(const SafetyLimits& limits, const ObserverModel& obs
                             const SelfTestReport& report) {
   Supervisor supervisor(limits, observer);
   supervisor.power_on();
-  if (!supervisor.finish_self_test(report) || !supervisor.ready() || !supervisor.begin(true)) {
+  if (!supervisor.finish_self_test(report) || !supervisor.ready() ||
+      !supervisor.begin(report.foot_switch)) {
     throw Refusal(not_ready(report, limits));
   }
   return supervisor;

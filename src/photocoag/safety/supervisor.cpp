@@ -33,11 +33,12 @@ void Supervisor::power_on() noexcept {
 bool Supervisor::finish_self_test(const SelfTestReport& report) noexcept {
   if (latch_.status.state != SafetyState::kSelfTest) return false;
   const SelfTestBounds bounds = self_test_bounds(*limits_, report.samples);
-  const bool good =
-      report.samples >= SelfTestBounds::kSamples && std::abs(report.mean) <= bounds.mean &&
-      report.sigma <= bounds.sigma_high && report.sigma >= bounds.sigma_low &&
-      std::abs(report.power_at_zero) <= kReadbackFloor && report.watchdog_tripped &&
-      report.model_matches && report.solver_exact && report.log_has_room && limits_.intact();
+  const bool good = report.samples >= SelfTestBounds::kSamples &&
+                    std::abs(report.mean) <= bounds.mean && report.sigma <= bounds.sigma_high &&
+                    report.sigma >= bounds.sigma_low &&
+                    std::abs(report.power_at_zero) <= kReadbackFloor && report.switches_ready() &&
+                    report.watchdog_tripped && report.model_matches && report.solver_exact &&
+                    report.log_has_room && limits_.intact();
   if (good) {
     latch_.status.state = SafetyState::kStandby;
   } else {

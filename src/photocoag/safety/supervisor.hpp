@@ -43,10 +43,16 @@ struct SelfTestReport {
   double mean = 0.0;              ///< K
   double sigma = 0.0;             ///< K
   double power_at_zero = 0.0;     ///< W read back with 0 W commanded
+  bool interlock_closed = false;  ///< as the device said last, like the next two
+  bool shutter_open = false;
+  bool foot_switch = false;
   bool watchdog_tripped = false;  ///< the device fell to 0 W without a fresh token
   bool model_matches = false;     ///< the model's period and tissue are those of the run
   bool solver_exact = false;      ///< a stored problem solved to 1e-9
   bool log_has_room = false;
+
+  /// Without these a device may not be asked for light.
+  bool switches_ready() const noexcept { return interlock_closed && shutter_open && foot_switch; }
 };
 
 /// Accepted results of a self-test with `samples` samples.
