@@ -29,7 +29,9 @@ struct RunsOptions {
 std::vector<fs::path> run_folders(const fs::path& root) {
   std::vector<fs::path> found;
   const auto add = [&found](const fs::path& folder) {
-    if (fs::exists(folder / "summary.json")) found.push_back(folder);
+    // Campaigns and sessions have a summary, too, and a page of their own.
+    const bool many = fs::exists(folder / "campaign.toml") || fs::exists(folder / "session.json");
+    if (!many && fs::exists(folder / "summary.json")) found.push_back(folder);
   };
   add(root);
   for (const fs::directory_entry& entry : fs::directory_iterator(root)) {

@@ -49,6 +49,10 @@ TEST(Runs, LinesAreInTheOrderOfNamesAndSayWhatIsInTheirFolder) {
     fs::copy(sandbox.path("runs/cc"), sandbox.path(name));
   }
   fs::remove(sandbox.path("runs/g/run.csv"));
+  for (const std::string file : {"campaign.toml", "session.json"}) {
+    fs::copy(sandbox.path("runs/cc"), sandbox.path("runs/with_" + file));
+    write_all(sandbox.path("runs/with_" + file + "/" + file), "");
+  }
   fs::create_directory(sandbox.path("runs/still_running"));
   fs::copy(sandbox.path("runs/e/config.toml"), sandbox.path("runs/still_running/config.toml"));
 
