@@ -51,9 +51,9 @@ endfunction()
 
 # photocoag_compiled(TARGET [COLD NAME…] [ALONE NAME…]), names as above. COLD: runs once per command, not once per step; at
 # -O1, up to a quarter less time to compile, the same numbers. The cycle's own files instantiate no template of Eigen's out
-# of line that these could bring along. ALONE: take long, have options or need a library of their own, or are not a part of
-# every build. The others of a folder are compiled together, up to twelve at a time: no two of them may give a name to
-# different things in their unnamed namespaces (tests/architecture/compiled_together_test.cpp).
+# of line that these could bring along. ALONE: take long, have options of their own or are not a part of every build. The
+# others of a folder are compiled together, up to twelve at a time: no two of them may give a name to different things in
+# their unnamed namespaces (tests/architecture/unnamed_test.cpp).
 function(photocoag_compiled name)
   cmake_parse_arguments(ARG "" "" "COLD;ALONE" ${ARGN})
   set(hot "")

@@ -1,6 +1,6 @@
 // A quick build compiles files of a folder together (cmake/compile.cmake): what two of them call by
 // the same name in their unnamed namespaces would not compile, or, an overload, be called in place
-// of the other. Who links one of them links what all of them need.
+// of the other.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -55,22 +55,6 @@ TEST(UnnamedNamespaces, OfFilesCompiledTogetherHoldEachNameOnce) {
   }
   EXPECT_GT(files, 150U);
   EXPECT_GT(names, 500U);
-}
-
-TEST(CompiledTogether, NoneOfThoseFilesNeedsAnotherLibrary) {
-  std::ifstream groups(PHOTOCOAG_COMPILED_TOGETHER);
-  std::size_t files = 0;
-  for (std::string group; std::getline(groups, group);) {
-    std::istringstream list(group);
-    for (std::string name; std::getline(list, name, ';'); ++files) {
-      std::ifstream file(name);
-      std::ostringstream text;
-      text << file.rdbuf();
-      EXPECT_EQ(text.str().find("#include <zlib.h>"), std::string::npos)
-          << name << ": an FMU built with it would depend on zlib";
-    }
-  }
-  EXPECT_GT(files, 150U);
 }
 
 }  // namespace
