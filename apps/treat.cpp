@@ -99,9 +99,8 @@ void print_outcome(const Config& config, const Treatment& treatment, const fs::p
   say("          {} cycles, {} overruns, {}{:.1f} ms of loop time{}{}\n", treatment.outcome.cycles,
       treatment.outcome.overruns, late > 0 ? fmt::format("{} commands late, ", late) : "",
       treatment.wall_seconds * 1e3, treatment.scheduling.empty() ? "" : ", ", treatment.scheduling);
-  if (treatment.outcome.overruns > 0 && treatment.scheduling.starts_with("ordinary")) {
-    say("          in an overrun the last power is held: a busy machine without real-time priority "
-        "(see photocoag doctor)\n");
+  if (treatment.outcome.overruns > 0) {
+    say("          in an overrun the last power is held; photocoag doctor says what makes one\n");
   }
   if (treatment.device && treatment.device->lockstep) {
     say("pacing    {}\n", treatment.device->pacing);

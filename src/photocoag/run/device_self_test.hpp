@@ -17,8 +17,7 @@ namespace photocoag {
 
 /// Samples of the cold eye at 0 W, then a trip of the watchdog with 1 mW (less if the laser has
 /// less) unless interlock, shutter or foot switch forbid light, and time to cool down; in cycles
-/// from `first` on. Throws DeviceError if the device
-/// vanishes.
+/// from `first` on. Throws DeviceError if the device vanishes.
 template <Device D>
 SelfTestReport self_test(D& device, const ControlSettings& control, bool log_has_room,
                          std::uint64_t first = 0) {
